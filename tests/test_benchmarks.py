@@ -99,9 +99,9 @@ def test_measure_takes_rivals_in_turn() -> None:
 
         return Rival(name, run)
 
-    found = measure([rival("a", 2e6), rival("b", 6e6)], rounds=5)
+    result = measure([rival("a", 2e6), rival("b", 6e6)], rounds=5)
     assert order[-10:] == ["a", "b"] * 5
-    assert [t.median for t in found] == [2e6, 6e6]
+    assert [t.median for t in result] == [2e6, 6e6]
 
 
 def test_row_judges_limits_and_ratios_either_way() -> None:
@@ -125,9 +125,9 @@ def test_row_judges_limits_and_ratios_either_way() -> None:
 
 def test_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     command.main(["--json", "--only", "N", "--rounds", "3"])
-    found = json.loads(capsys.readouterr().out)
-    assert found["rows"][0]["key"] == "N"
-    assert found["rows"][0]["ratios"]
+    data = json.loads(capsys.readouterr().out)
+    assert data["rows"][0]["key"] == "N"
+    assert data["rows"][0]["ratios"]
 
 
 def test_command_refuses_too_few_rounds(capsys: pytest.CaptureFixture[str]) -> None:

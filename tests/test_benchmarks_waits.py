@@ -50,7 +50,7 @@ def test_processor_time_is_that_of_the_command_and_its_children(tmp_path: Path) 
     assert sleeping < 0.8e9, "waiting is not work"
 
 
-def test_a_command_that_fails_is_told(tmp_path: Path) -> None:
+def test_a_command_that_fails_is_reported(tmp_path: Path) -> None:
     with pytest.raises(RunError, match=r"exit 1: (?s:.*)NameError"):
         waits.processor_time([sys.executable, "-c", "no_such_name"], tmp_path, {})
 
@@ -78,7 +78,7 @@ def test_recorded_is_the_commit_of_the_results_file(repository: Path) -> None:
 
 
 @pytest.mark.parametrize("revision", ["nonsense", "0" * 40])
-def test_a_revision_that_is_not_there_is_told(repository: Path, revision: str) -> None:
+def test_a_revision_that_is_not_there_is_reported(repository: Path, revision: str) -> None:
     with pytest.raises(RunError, match=f"--against {revision}: no commit .* in this repository"):
         against.commit(revision, repository)
 
@@ -87,15 +87,15 @@ def test_a_revision_that_is_not_there_is_told(repository: Path, revision: str) -
 def test_command_fails_on_what_has_become_slower(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], now: float, status: int
 ) -> None:
-    asked = []
+    requests = []
 
     def compare(revision: str, keys: list[str]) -> list[Change]:
-        asked.append((revision, keys))
+        requests.append((revision, keys))
         return [Change("N", "N step", 1e3, now * 1e3, now)]
 
     monkeypatch.setattr(against, "compare", compare)
     assert command.main(["--against", "HEAD"]) == status
-    assert asked == [("HEAD", [*against.BLOCKS, *against.WAITS])]
+    assert requests == [("HEAD", [*against.BLOCKS, *against.WAITS])]
     assert ("yes" in capsys.readouterr().out) == (status == 1)
 
 
@@ -120,11 +120,11 @@ def test_a_wait_by_the_clock_has_all_cores_and_counts_sleep(tmp_path: Path) -> N
     (tmp_path / "sleep.py").write_text(
         "import os, time\ntime.sleep(0.5)\nopen('cores', 'w').write(repr(os.sched_getaffinity(0)))"
     )
-    asked = waits.Command("sleep", "sleep.py", 1.0, clock=True, program=(sys.executable,))
+    sleeping = waits.Command("sleep", "sleep.py", 1.0, clock=True, program=(sys.executable,))
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(before)})
     try:
-        taken = waits.spent(asked, tmp_path)
+        taken = waits.spent(sleeping, tmp_path)
         assert os.sched_getaffinity(0) == {min(before)}
     finally:
         os.sched_setaffinity(0, before)

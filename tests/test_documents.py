@@ -57,13 +57,13 @@ def there(span: str, document: Path) -> bool:
 
 def commands(text: str) -> list[list[str]]:
     """Calls of flexhex in shell blocks, word by word, without comments and redirections."""
-    found = []
+    listed = []
     for block in blocks(text, "sh"):
         for line in block.replace("\\\n", " ").splitlines():
             words = shlex.split(line, comments=True)
             if words and Path(words[0]).name == "flexhex":
-                found.append(words[1:])
-    return found
+                listed.append(words[1:])
+    return listed
 
 
 def wrong_option(words: list[str]) -> str:

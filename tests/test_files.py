@@ -37,18 +37,18 @@ PRIVATE_PLACES = (
 
 def private_places(text: str) -> list[str]:
     """Such paths and addresses in a text."""
-    return [found[0] for pattern in PRIVATE_PLACES for found in re.finditer(pattern, text)]
+    return [match[0] for pattern in PRIVATE_PLACES for match in re.finditer(pattern, text)]
 
 
 def test_no_file_names_a_computer_or_a_registry() -> None:
     wrong = {}
     for path in tracked():
         try:
-            found = private_places(path.read_text(encoding="utf-8"))
+            places = private_places(path.read_text(encoding="utf-8"))
         except UnicodeDecodeError:
             continue
-        if found:
-            wrong[str(path.relative_to(ROOT))] = found
+        if places:
+            wrong[str(path.relative_to(ROOT))] = places
     assert wrong == {}
 
 

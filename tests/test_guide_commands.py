@@ -79,16 +79,16 @@ def place(call: str, folder: Path, tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def folder(builder: Builder, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A user's folder: examples, machines, FMUs, a quick run, logs under the guides' names."""
-    made = tmp_path_factory.mktemp("guides")
+    written = tmp_path_factory.mktemp("guides")
     for name in ("examples", "machines"):
-        (made / name).symlink_to(ROOT / name)
-    done = CliRunner().invoke(app, ["run", "--quick", "--out", str(made / "out")])
+        (written / name).symlink_to(ROOT / name)
+    done = CliRunner().invoke(app, ["run", "--quick", "--out", str(written / "out")])
     assert done.exit_code == 0, done.output
-    (made / "out" / "quick").symlink_to(made / "out")
+    (written / "out" / "quick").symlink_to(written / "out")
     logs = {"a": "a1", "b": "b1", "c": "c1"} | {n: n for n in ("a1", "a2", "b1", "b2", "c1")}
     for name, log in logs.items():
-        shutil.copy(ROOT / "examples" / "axis" / f"{log}.csv", made / f"{name}.csv")
-    return made
+        shutil.copy(ROOT / "examples" / "axis" / f"{log}.csv", written / f"{name}.csv")
+    return written
 
 
 def test_lists_of_commands_are_needed() -> None:

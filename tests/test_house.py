@@ -35,15 +35,15 @@ ORDER = (
 
 def modules() -> dict[str, Path]:
     """All Python files of the package by module name."""
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     for package, folder in PACKAGES.items():
         for path in sorted((ROOT / folder).rglob("*.py")):
             parts = path.relative_to(ROOT / folder).with_suffix("").parts
             if (ROOT / folder / parts[0]).is_symlink():
                 continue
             parts = parts[:-1] if parts[-1] == "__init__" else parts
-            found[".".join([package, *parts])] = path
-    return found
+            paths[".".join([package, *parts])] = path
+    return paths
 
 
 MODULES = modules()
@@ -141,17 +141,17 @@ def test_no_module_imports_itself_in_a_circle() -> None:
 
 
 def test_no_folders_import_each_other_in_a_circle() -> None:
-    every = {name: found for name, (found, _) in IMPORTS.items()}
+    every = {name: imports for name, (imports, _) in IMPORTS.items()}
     packages = sorted({name.rpartition(".")[0] for name in MODULES} - {""})
-    found = {package: circle(folders(every, package)) for package in packages}
-    assert {package: names for package, names in found.items() if names} == {}
+    imports = {package: circle(folders(every, package)) for package in packages}
+    assert {package: names for package, names in imports.items() if names} == {}
 
 
 def test_circles_are_seen() -> None:
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}})
     assert not circle({"a": {"b"}, "b": {"c"}})
-    made = {"p.x.one": {"p.y.one"}, "p.y.two": {"p.x.two"}, "p.x.two": set(), "p.y.one": set()}
-    assert circle(folders(made, "p")), "two folders, although no two modules"
+    graph = {"p.x.one": {"p.y.one"}, "p.y.two": {"p.x.two"}, "p.x.two": set(), "p.y.one": set()}
+    assert circle(folders(graph, "p")), "two folders, although no two modules"
 
 
 def test_everything_goes_by_its_full_name() -> None:
@@ -177,8 +177,8 @@ def private_names(path: Path) -> list[str]:
 
 
 def test_nobody_imports_a_private_name() -> None:
-    found = {name: private_names(path) for name, path in MODULES.items()}
-    assert {name: names for name, names in found.items() if names} == {}
+    by_name = {name: private_names(path) for name, path in MODULES.items()}
+    assert {name: names for name, names in by_name.items() if names} == {}
 
 
 def test_private_names_are_seen(tmp_path: Path) -> None:

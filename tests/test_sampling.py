@@ -82,8 +82,8 @@ def ran(folder: Path, *words: str, date: str = "2026-01-02") -> tuple[list[str],
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    found = set(re.findall(r"test_some\.py::(\S+)", done.stdout))
-    return sorted(found), done.stdout
+    elements = set(re.findall(r"test_some\.py::(\S+)", done.stdout))
+    return sorted(elements), done.stdout
 
 
 def test_sample_is_drawn_by_date_and_said(tmp_path: Path) -> None:

@@ -79,8 +79,8 @@ def test_reference_of_the_machine_file_has_every_key() -> None:
     """Every key of the T-Flex's file stands in it, with the unit of the file."""
     text = (DOCS / "machine-file.md").read_text(encoding="utf-8")
     for line in MACHINE_FILE.read_text(encoding="utf-8").splitlines():
-        if found := re.match(r'(\w+) = \{.*unit = "([^"]+)"', line):
-            assert re.search(rf"\| `{found[1]}`[^|]* \| {re.escape(found[2])} \|", text), line
+        if match := re.match(r'(\w+) = \{.*unit = "([^"]+)"', line):
+            assert re.search(rf"\| `{match[1]}`[^|]* \| {re.escape(match[2])} \|", text), line
 
 
 def test_api_reference_has_every_public_name() -> None:

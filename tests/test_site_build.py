@@ -43,6 +43,6 @@ def test_site_is_built_without_a_warning_and_needs_no_network(
     address = (tmp_path / "search.html").as_uri()
     browser.open(f"{address}?q=hysteresis", wait=False)
     browser.run("new Promise(done => setTimeout(done, 3000))")
-    found = browser.run("[...document.querySelectorAll('.search a')].map(a => a.textContent)")
-    assert "Finding what the model lacks" in found
+    result = browser.run("[...document.querySelectorAll('.search a')].map(a => a.textContent)")
+    assert "Finding what the model lacks" in result
     assert browser.said == []

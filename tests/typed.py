@@ -8,11 +8,11 @@ from typing import Any
 
 def values_of(slave: Any, variables: Iterable[Any]) -> list[float]:
     """Values of FMPy's variables, of a Boolean 0 or 1."""
-    found = []
+    listed = []
     for v in variables:
         suffix = "Integer" if v.type == "Enumeration" else v.type
-        found += map(float, getattr(slave, f"get{suffix}")([v.valueReference]))
-    return found
+        listed += map(float, getattr(slave, f"get{suffix}")([v.valueReference]))
+    return listed
 
 
 def outputs_of(description: Any) -> Sequence[Any]:

@@ -119,13 +119,13 @@ class Slave:
 
     def try_get(self, references: Sequence[int]) -> tuple[int, list[float]]:
         """fmi2GetReal and the others: worst status, and values, -77 for what was not written."""
-        found, worst = [-77.0] * len(references), OK
+        values, worst = [-77.0] * len(references), OK
         for kind, vr, at in self._by_kind(references):
             numbers = (NUMBERS[kind] * len(vr))(*[-77] * len(vr))
             worst = max(worst, self.call(f"fmi2Get{kind}", vr, ct.c_size_t(len(vr)), numbers))
             for k, value in zip(at, numbers, strict=True):
-                found[k] = float(value)
-        return worst, found
+                values[k] = float(value)
+        return worst, values
 
     def _by_kind(self, references: Sequence[int]) -> Iterator[tuple[str, Any, list[int]]]:
         """References by the function that takes them, with their places; unknown ones are Reals."""

@@ -104,8 +104,8 @@ def test_numbers_read_back_exactly(tmp_path: Path) -> None:
     slave.call("fmi2EnterInitializationMode")
     names = [f"begin[{k}]" for k in (1, 2, 3)]
     assert tuple(slave.get([VR[name] for name in names])) == odd
-    found = [binary.xml.find(f".//ScalarVariable[@name='{name}']/Real") for name in names]
-    assert tuple(float(element.get("start")) for element in found) == odd
+    elements = [binary.xml.find(f".//ScalarVariable[@name='{name}']/Real") for name in names]
+    assert tuple(float(element.get("start")) for element in elements) == odd
     slave.free()
 
 
@@ -121,8 +121,8 @@ def test_elements_carry_their_own_units_and_names(tmp_path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         xml = etree.fromstring(archive.read("modelDescription.xml"))
     names = ("begin.tilt", "begin[2]", "begin.body.J[1]")
-    found = [xml.find(f".//ScalarVariable[@name='{name}']") for name in names]
-    assert [v.find("Real").get("unit") for v in found] == ["rad", "N m", "kg m2"]
+    elements = [xml.find(f".//ScalarVariable[@name='{name}']") for name in names]
+    assert [v.find("Real").get("unit") for v in elements] == ["rad", "N m", "kg m2"]
     slave = Slave(Binary(path, tmp_path / "unpacked"))
     for name in names:
         assert slave.set([VR["begin[1]"] + names.index(name)], [math.nan]) == ERROR

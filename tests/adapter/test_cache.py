@@ -120,14 +120,14 @@ def test_sources_are_hashed_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     (package / "fmus" / "plant" / "step.c").write_text("int x;")
     monkeypatch.setattr(cache, "__file__", str(package / "fmugen" / "cache.py"))
     digest = cache.sources.__wrapped__
-    found = [digest()]
+    digests = [digest()]
     (package / "fmus" / "plant" / "step.c").write_text("int y;")
-    found.append(digest())
+    digests.append(digest())
     (package / "fmus" / "plant" / "effects.h").write_text("")
-    found.append(digest())
+    digests.append(digest())
     (package / "fmus" / "plant" / "effects.h").rename(package / "runtime" / "effects.h")
-    found.append(digest())
-    assert len(set(found)) == 4
+    digests.append(digest())
+    assert len(set(digests)) == 4
 
 
 def test_damaged_files_are_made_anew(folder: Path, machine: Machine, tmp_path: Path) -> None:
@@ -168,28 +168,28 @@ def test_two_processes_build_side_by_side(folder: Path, machine: Machine, tmp_pa
         code = BUILD.format(block=BLOCK, machine=str(MACHINE_FILE), out=str(tmp_path / name))
         running.append(subprocess.Popen([sys.executable, "-c", code], env=environment))
     assert [process.wait() for process in running] == [0, 0]
-    made = [(tmp_path / name / f"{BLOCK}.fmu").read_bytes() for name in ("one", "two")]
-    assert made[0] == made[1] == Source(BLOCK, machine).build(tmp_path / "c").read_bytes()
+    written = [(tmp_path / name / f"{BLOCK}.fmu").read_bytes() for name in ("one", "two")]
+    assert written[0] == written[1] == Source(BLOCK, machine).build(tmp_path / "c").read_bytes()
     kept = [path for path in folder.rglob("*") if path.is_file()]
     assert [path for path in kept if path.name.startswith(".")] == [], "nothing half-written"
 
 
 def test_least_recently_used_files_go_first(folder: Path) -> None:
-    made = []
+    paths = []
     for age, name in ((5e4, "old"), (4e4, "used again"), (3e4, "young"), (10.0, "in use")):
         path = folder / "fmus" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         cache._write(path, b"x" * 1000)
         used = path.stat().st_mtime - age
         os.utime(path, (used, used))
-        made.append(path)
+        paths.append(path)
     assert cache.kept("fmus", "used again", lambda: b"") == b"x" * 1000
     cache.trim(folder, limit=3 * 1032)
-    assert [path.name for path in made if path.exists()] == ["used again", "young", "in use"]
+    assert [path.name for path in paths if path.exists()] == ["used again", "young", "in use"]
     cache.trim(folder, limit=0)
-    assert [path.name for path in made if path.exists()] == ["used again", "in use"]
+    assert [path.name for path in paths if path.exists()] == ["used again", "in use"]
     cache.trim(folder, limit=0, in_use=-1e9)
-    assert not any(path.exists() for path in made)
+    assert not any(path.exists() for path in paths)
 
 
 def test_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,9 +205,9 @@ def test_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_generated_c_survives_its_file(machine: Machine) -> None:
     source = Source(BLOCK, machine)
-    made = sources.Generated.of(source.interface(), source.functions(), BLOCK)
-    assert sources.Generated.loaded(made.dumped()) == made
-    assert made.source
+    generated = sources.Generated.of(source.interface(), source.functions(), BLOCK)
+    assert sources.Generated.loaded(generated.dumped()) == generated
+    assert generated.source
     assert fmu.RUNTIME.is_dir()
 
 

@@ -96,9 +96,9 @@ def test_categories_are_those_of_the_description(running: Slave) -> None:
 
 def test_numbers_have_a_point_whatever_the_language(toy_fmu: Path, tmp_path: Path) -> None:
     """An importer that runs in German: C's printf writes a decimal comma there."""
-    made = ["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")]
+    command = ["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")]
     try:
-        subprocess.run(made, check=True, capture_output=True)
+        subprocess.run(command, check=True, capture_output=True)
     except (OSError, subprocess.CalledProcessError):
         pytest.skip("localedef cannot make de_DE here")
     code = """

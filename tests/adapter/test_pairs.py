@@ -42,8 +42,8 @@ def equations(kind: str, block: str) -> Sequence[ca.Function]:
         return Source(block, load_machine(MACHINE_FILE), truth).functions()
     machine = everything() if kind == "effects" else load_machine(MACHINE_FILE.with_name(kind))
     module: Any = importlib.import_module(f"flexhex.fmus.{block}.equations")
-    made: Sequence[ca.Function] = module.functions(machine)
-    return made
+    functions: Sequence[ca.Function] = module.functions(machine)
+    return functions
 
 
 def casadi_text(functions: Sequence[ca.Function], block: str) -> str:
@@ -61,8 +61,8 @@ def compiled(text: str, flags: Sequence[str] = ()) -> ctypes.CDLL:
     with tempfile.TemporaryDirectory(dir=OUT) as folder:
         source = Path(folder) / "generated.c"
         source.write_text(text, encoding="utf-8")
-        made = compile_object(source, "", Path(folder), (*SMALL, *flags))
-        return ctypes.CDLL(str(link_shared([made], made.with_suffix(".so"))))
+        library = compile_object(source, "", Path(folder), (*SMALL, *flags))
+        return ctypes.CDLL(str(link_shared([library], library.with_suffix(".so"))))
 
 
 def call(library: ctypes.CDLL, function: ca.Function, values: Sequence[Array]) -> list[Array]:
@@ -85,15 +85,15 @@ def differing(
 ) -> list[str]:
     """Functions whose results differ from CasADi's in a bit; a NaN equals a NaN."""
     ours = compiled(casadi_source(functions, block, block), flags)
-    theirs, found = compiled(casadi_text(functions, block)), []
+    theirs, names = compiled(casadi_text(functions, block)), []
     for function in functions:
         for _ in range(times):
             values = [draw(function.numel_in(k)) for k in range(function.n_in())]
             pairs = zip(call(ours, function, values), call(theirs, function, values), strict=True)
             if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
-                found.append(function.name())
+                names.append(function.name())
                 break
-    return found
+    return names
 
 
 @pytest.fixture
@@ -138,9 +138,9 @@ def test_every_operation_has_the_bits_of_casadis_own_c(form: str) -> None:
                 except RuntimeError:
                     value = ca.SX.unary(op, value)
             results.append(value)
-        made = ca.Function(f"toy_{named[op]}", [x, y], [ca.vertcat(*results)])
-        functions.append(made)
-        assert op not in (ca.OP_SUB, ca.OP_DIV, ca.OP_SQ) or written(made).pairs
+        function = ca.Function(f"toy_{named[op]}", [x, y], [ca.vertcat(*results)])
+        functions.append(function)
+        assert op not in (ca.OP_SUB, ca.OP_DIV, ca.OP_SQ) or written(function).pairs
     special = [0.0, -0.0, 1.0, -2.5, 0.3, np.inf, -np.inf, np.nan]
     generator = np.random.default_rng(6)
 
@@ -178,16 +178,16 @@ def written(function: ca.Function) -> Body:
 )
 def test_arms_are_computed_in_pairs(block: str, name: str) -> None:
     """What is alone: the platform's chain, and what a pair of arms does not share."""
-    found = next(f for f in equations("tflex.toml", block) if f.name() == f"{block}_{name}")
-    made = written(found)
-    assert 2 * made.pairs > 10 * made.singles
-    assert len(made.lines) < 0.65 * found.n_instructions()
+    function = next(f for f in equations("tflex.toml", block) if f.name() == f"{block}_{name}")
+    text = written(function)
+    assert 2 * text.pairs > 10 * text.singles
+    assert len(text.lines) < 0.65 * function.n_instructions()
 
 
 def test_values_without_a_likeness_stay_alone() -> None:
     x = ca.SX.sym("x")
-    made = written(ca.Function("f", [x], [(x + 1) * x - x / (2 + x)], ["x"], ["y"]))
-    assert made.pairs == 0
+    text = written(ca.Function("f", [x], [(x + 1) * x - x / (2 + x)], ["x"], ["y"]))
+    assert text.pairs == 0
 
 
 def test_neither_of_a_pair_needs_the_other() -> None:

@@ -22,9 +22,9 @@ MODES = (Item("off", "no output"), Item("single", "u"), Item("double", "2 u"))
 
 def interface() -> Interface:
     """The toy with a parameter of each type; its equations see numbers."""
-    made = changed(toys.interface("typed"), "offset", type="Boolean", unit="1", start=1.0)
-    made = changed(made, "gain", type="Enumeration", start=2.0, items=MODES)
-    return changed(made, "begin", type="Integer", unit="1", start=(1, 2, 3), min=-5, max=5)
+    variant = changed(toys.interface("typed"), "offset", type="Boolean", unit="1", start=1.0)
+    variant = changed(variant, "gain", type="Enumeration", start=2.0, items=MODES)
+    return changed(variant, "begin", type="Integer", unit="1", start=(1, 2, 3), min=-5, max=5)
 
 
 @pytest.fixture(scope="module")
@@ -51,14 +51,14 @@ def call(slave: Slave, function: str, name: str, value: float) -> int:
 
 
 def test_description_names_types_and_items(binary: Binary) -> None:
-    found = {v.get("name"): v[0] for v in binary.xml.iter("ScalarVariable")}
-    assert dict(found["offset"].attrib) == {"start": "true"}
-    assert dict(found["begin[2]"].attrib) == {"start": "2", "min": "-5", "max": "5"}
-    assert dict(found["gain"].attrib) == {"declaredType": "typed_gain", "start": "2"}
+    elements = {v.get("name"): v[0] for v in binary.xml.iter("ScalarVariable")}
+    assert dict(elements["offset"].attrib) == {"start": "true"}
+    assert dict(elements["begin[2]"].attrib) == {"start": "2", "min": "-5", "max": "5"}
+    assert dict(elements["gain"].attrib) == {"declaredType": "typed_gain", "start": "2"}
     items = binary.xml.iterfind("TypeDefinitions/SimpleType[@name='typed_gain']/Enumeration/Item")
     listed = [(i.get("name"), i.get("value"), i.get("description")) for i in items]
     assert listed == [(item.name, str(k), item.description) for k, item in enumerate(MODES)]
-    assert all(found[name].tag == "Real" for name in ("u", "y", "integral[1]"))
+    assert all(elements[name].tag == "Real" for name in ("u", "y", "integral[1]"))
 
 
 def test_values_of_all_types_take_part_in_the_step(typed: Slave) -> None:

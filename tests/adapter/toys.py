@@ -48,8 +48,8 @@ def functions() -> list[ca.Function]:
 
 def build(out_dir: Path, cache: Path | None = None, **options: object) -> Path:
     """Build the toy FMU; cache: folder of object files; other options as of `interface`."""
-    made = interface(**options)  # type: ignore[arg-type]
-    return build_fmu(made, functions(), STEP_C, out_dir, cache=cache)
+    described = interface(**options)  # type: ignore[arg-type]
+    return build_fmu(described, functions(), STEP_C, out_dir, cache=cache)
 
 
 NAMES = tuple(

@@ -25,11 +25,11 @@ def discrete_plant(m: Machine, inertia: float) -> Any:
     a = 2 * np.pi * m.drive.f_current
     A = np.array([[0, 1, 0], [0, 0, 1 / inertia], [0, 0, -a]])
     drive = control.ss(A, np.array([[0], [0], [a]]), np.array([[1, 0, 0]]), 0)
-    held = control.sample_system(drive, m.timing.base, method="zoh")
+    sampled = control.sample_system(drive, m.timing.base, method="zoh")
     # one step until the command is shown (results appear a sample time later), and the drive's
     steps = 1 + round((m.drive.t_command + m.drive.t_measurement) / m.timing.base)
     delay = control.tf([1], [1, *[0] * steps], m.timing.base)
-    return control.series(control.ss(delay), held)
+    return control.series(control.ss(delay), sampled)
 
 
 def discrete_controller(m: Machine, g: Gains) -> Any:

@@ -32,10 +32,10 @@ class Twin:
         Before the record everything has always been as in its first sample, with z = 0.
         """
         before = self.points + 2 + self.alignment
-        past = self._held(theta, before)
+        past = self._padded(theta, before)
         smooth = self._window(past)
         if self.raw_basis:
-            chi = self._held(self.basis(theta), before)
+            chi = self._padded(self.basis(theta), before)
             chi_f = self._window(chi)[:-1]
         else:
             chi_f = self.basis(smooth)[:-1]
@@ -45,7 +45,7 @@ class Twin:
             "theta_f": now[-len(theta) :],
             "theta_fd": ((newer - older) / (2 * self.Ts))[-len(theta) :],
             "theta_fdd": ((newer - 2 * now + older) / self.Ts**2)[-len(theta) :],
-            "tau_f": self._window(self._held(tau, before))[:-1][late],
+            "tau_f": self._window(self._padded(tau, before))[:-1][late],
             "chi_f": chi_f[late],
         }
 
@@ -74,5 +74,5 @@ class Twin:
         return np.stack(columns, axis=1)
 
     @staticmethod
-    def _held(signal: Array, count: int) -> Array:
+    def _padded(signal: Array, count: int) -> Array:
         return np.concatenate([np.repeat(signal[:1], count, axis=0), signal])

@@ -176,14 +176,14 @@ class Twin(RungeKutta):
             super().substep(drives, payload)
             return
         h, y = self.h, self.y
-        slopes, ends = [found[0] for found in self.past[:5]], [0.0, -1.0, -2.0, -3.0, -4.0]
+        slopes, ends = [slope[0] for slope in self.past[:5]], [0.0, -1.0, -2.0, -3.0, -4.0]
         theta = y[:6] + h * y[6:12] + h**2 * drives.integral(slopes, ends, late=True)
         nearly = y[6:12] + h * drives.integral(slopes, ends)
-        rates = [found[1] for found in self.past[:5]]
+        rates = [slope[1] for slope in self.past[:5]]
         d = y[12:43] + h / 720 * np.array([1901.0, -2774.0, 2616.0, -1274.0, 251.0]) @ rates
         self.y = np.concatenate([theta, nearly, d, y[43:]])
         self.y[43:] = self.hysteresis(y)
         self.close()
         self.past = [self.evaluated(self.y, payload), *self.past[:4]]
-        slopes, ends = [found[0] for found in self.past], [1.0, 0.0, -1.0, -2.0, -3.0]
+        slopes, ends = [slope[0] for slope in self.past], [1.0, 0.0, -1.0, -2.0, -3.0]
         self.y[6:12] = y[6:12] + h * drives.integral(slopes, ends)

@@ -27,12 +27,12 @@ def samples(count: int) -> list[tuple[dict[str, Array], Array]]:
     theta, z, chi = ca.SX.sym("theta", 6), ca.SX.sym("z", 6), ca.SX.sym("chi", 114)
     basis = ca.Function("basis", [theta, z], [model.basis(theta, z)])
     Phi = ca.Function("Phi", [x, xd, xdd, chi], [ca.densify(model.regressor(x, xd, xdd, chi))])
-    made = []
+    rows = []
     for at in random_instants(count, seed=11):
         chi_f = np.array(basis(at.x[:6], at.z)).ravel()
         inputs = {"x": at.x, "xd": at.xd, "xdd": at.xdd, "chi_f": chi_f}
-        made.append((inputs, np.array(Phi(at.x, at.xd, at.xdd, chi_f))))
-    return made
+        rows.append((inputs, np.array(Phi(at.x, at.xd, at.xdd, chi_f))))
+    return rows
 
 
 def started(t_start: float = 0.0, **parameters: object) -> Loaded:

@@ -40,8 +40,8 @@ def test_design_has_the_crossover_and_the_margin(section: str, values: dict[str,
     # and there is no other crossover, as a search over all frequencies finds
     grid = np.geomspace(0.02, 0.49 / m.timing.base, 4000)
     values_on_grid = loop(np.exp(2j * np.pi * grid * m.timing.base))
-    found = control.FRD(values_on_grid, 2 * np.pi * grid, smooth=True)
-    _, margin, _, _, crossover, _ = control.stability_margins(found)
+    response = control.FRD(values_on_grid, 2 * np.pi * grid, smooth=True)
+    _, margin, _, _, crossover, _ = control.stability_margins(response)
     assert crossover / (2 * np.pi) == pytest.approx(m.control.f_crossover, abs=0.01)
     assert margin == pytest.approx(np.degrees(m.control.phase_margin), abs=0.05)
 

@@ -62,8 +62,8 @@ def test_feedback_leaves_its_limit_as_soon_as_the_error_turns() -> None:
         y = block.tick(theta=np.full(6, -0.1))
     assert y["fault"] == 2.0
     assert y["tau"].tolist() == [2.0] * 6
-    held = block.tick(theta=np.full(6, -0.1))["tau_fb"]
-    assert np.array_equal(held, y["tau_fb"]), "the integral went on"
+    saturated = block.tick(theta=np.full(6, -0.1))["tau_fb"]
+    assert np.array_equal(saturated, y["tau_fb"]), "the integral went on"
     y = block.tick(theta=np.full(6, 0.001))
     assert y["tau"].tolist() == [-2.0] * 6
     for _ in range(200):

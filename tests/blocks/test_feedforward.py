@@ -63,13 +63,13 @@ def test_feedforward_uses_every_parameter_and_is_linear_in_them() -> None:
 def test_feedforward_holds_the_last_torque_and_recovers() -> None:
     p, block = base_parameters(machine()), started()
     good, other = random_instants(2, seed=3)
-    held = torque(block, good, p)
+    last = torque(block, good, p)
     # no pose: quaternions of length zero
     nothing = Instant(np.zeros(37), *good[1:])
     for _ in range(2):
-        assert np.array_equal(torque(block, nothing, p), held)
+        assert np.array_equal(torque(block, nothing, p), last)
         assert block.y["fault"] == 2.0
-    assert np.abs(torque(block, other, p) - held).max() > 0.1
+    assert np.abs(torque(block, other, p) - last).max() > 0.1
     assert block.y["fault"] == 0.0
 
 

@@ -151,7 +151,7 @@ def test_filter_refuses_what_is_not_whole(name: str, value: float, message: str)
     assert str(error.value) == message
 
 
-def held_state(noise: float, play: float) -> float:
+def state_at_rest(noise: float, play: float) -> float:
     """z of joint 1 after a move of 0.1 rad and five seconds of standing still."""
     t = TS * np.arange(12000)
     clean = np.tile(0.1 * np.minimum(t, 1.0)[:, None], 6)
@@ -161,12 +161,12 @@ def held_state(noise: float, play: float) -> float:
 
 
 def test_play_keeps_a_dahl_state_that_noise_would_wear_off() -> None:
-    sure = held_state(0.0, 0.0)
+    sure = state_at_rest(0.0, 0.0)
     # 0.1 rad are seven widths
     assert sure == pytest.approx(1.0, abs=2e-3)
-    assert held_state(2e-6, 0.0) < 0.5
+    assert state_at_rest(2e-6, 0.0) < 0.5
     # the gap, 16 urad, is a thousandth of the width
-    assert held_state(2e-6, 8e-6) == pytest.approx(sure, abs=2e-3)
+    assert state_at_rest(2e-6, 8e-6) == pytest.approx(sure, abs=2e-3)
 
 
 def test_play_follows_behind_its_gap_exactly() -> None:

@@ -51,8 +51,8 @@ def library() -> ctypes.CDLL:
     with tempfile.TemporaryDirectory(dir=OBJECTS) as folder:
         source = Path(folder) / "hidden.c"
         source.write_text(WRAPPER.format(header=header), encoding="utf-8")
-        made = compile_object(source, header.read_text(encoding="utf-8"), OBJECTS)
-        return ctypes.CDLL(str(link_shared([made], Path(folder) / "hidden.so")))
+        compiled = compile_object(source, header.read_text(encoding="utf-8"), OBJECTS)
+        return ctypes.CDLL(str(link_shared([compiled], Path(folder) / "hidden.so")))
 
 
 def hidden(kind: str) -> Hidden:
@@ -71,10 +71,10 @@ def motion() -> tuple[Array, Array, Array, Array]:
 
 def torque(library: ctypes.CDLL, kind: str) -> Array:
     theta, _, _, tau = motion()
-    p, made = np.array([TS, *hidden(kind).rows()]), np.zeros_like(theta)
-    pointers = [ctypes.c_void_p(a.ctypes.data) for a in (p, theta, tau, made)]
+    p, torques = np.array([TS, *hidden(kind).rows()]), np.zeros_like(theta)
+    pointers = [ctypes.c_void_p(a.ctypes.data) for a in (p, theta, tau, torques)]
     library.along(pointers[0], ctypes.c_long(len(theta)), *pointers[1:])
-    return made
+    return torques
 
 
 def expected(kind: str) -> Array:
@@ -101,25 +101,25 @@ def expected(kind: str) -> Array:
 def bristles(theta: Array) -> Array:
     """LuGre by 20 Euler steps a tick along straight lines between the samples."""
     F_c, F_s, v_s, sigma = SIZES["lugre"]
-    z, steps, found = 0.0, 20, [0.0]
+    z, steps, torques = 0.0, 20, [0.0]
     for delta in np.diff(theta):
         rate = delta / TS
         level = F_c + (F_s - F_c) * np.exp(-((rate / v_s) ** 2))
         for _ in range(steps):
             z += TS / steps * (rate - sigma * abs(rate) / level * z)
-        found.append(sigma * z)
-    return np.array(found)
+        torques.append(sigma * z)
+    return np.array(torques)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_hidden_effect_is_its_formula(library: ctypes.CDLL, kind: str) -> None:
-    made, wanted = torque(library, kind), expected(kind)
+    actual, wanted = torque(library, kind), expected(kind)
     # rates lag by half a tick, accelerations by one: 1e-3 rad of phase; the cable's corner is
     # round over 4 mrad, 0.3 N m/rad * 2 mrad at its worst
     tolerance = 7e-4 if kind == "cable" else 4e-3 * np.abs(wanted).max()
-    np.testing.assert_allclose(made[3:, AXIS], wanted[3:], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(actual[3:, AXIS], wanted[3:], rtol=0, atol=tolerance)
     assert np.abs(wanted).max() > 50 * tolerance or kind == "cable"
-    assert not made[:, np.arange(N) != AXIS].any(), "other axes must not feel it"
+    assert not actual[:, np.arange(N) != AXIS].any(), "other axes must not feel it"
 
 
 def test_hidden_effects_come_from_the_truth_file(tmp_path: Path) -> None:

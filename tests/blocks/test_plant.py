@@ -34,8 +34,8 @@ def test_plant_conserves_energy() -> None:
     Up to 0.6 J of motion; what is lost is the rounding of 10 J of height, 5e-15 J.
     """
     payload, subject = 0.5, read_machine().with_payload(0.5)
-    held = lagrange.gravity_torque(subject, np.zeros(6))
-    push = held + np.array([0.3, -0.2, 0.25, 0.1, -0.3, 0.2])
+    gravity = lagrange.gravity_torque(subject, np.zeros(6))
+    push = gravity + np.array([0.3, -0.2, 0.25, 0.1, -0.3, 0.2])
     # the current loop settles within the first tick, and does no harm before
     block = started(actuator=without_actuators(), f_current=1e5, **EXACT)
     block.tick(tau=push, payload=payload)
@@ -61,13 +61,13 @@ def test_plant_conserves_energy() -> None:
 
 def test_plant_stops_at_the_end_and_leaves_it_again() -> None:
     block = started(stroke=0.1)
-    held = 0
+    ticks_at_stop = 0
     for _ in range(2000):
         y = block.tick(tau=2 * HOLD)
         assert np.abs(y["theta"]).max() <= 0.1 + machine().encoder.step
         assert y["fault"] == 2.0 * y["end_stop"]
-        held += int(y["end_stop"])
-    assert held > 1000
+        ticks_at_stop += int(y["end_stop"])
+    assert ticks_at_stop > 1000
     assert np.abs(y["theta"]).max() > 0.09
     for _ in range(400):
         y = block.tick(tau=np.zeros(6))
@@ -162,10 +162,10 @@ def test_plant_carries_its_payload() -> None:
     loaded = subject.with_payload(payload)
     extra = lagrange.gravity_torque(loaded, np.zeros(6))
     # held exactly, it stays; without the payload's share it sinks
-    for held, moves in ((extra, False), (lagrange.gravity_torque(subject, np.zeros(6)), True)):
+    for torque, moves in ((extra, False), (lagrange.gravity_torque(subject, np.zeros(6)), True)):
         block = started(actuator=without_actuators(), f_current=1e5, **EXACT)
         for _ in range(200):
-            y = block.tick(tau=held, payload=payload)
+            y = block.tick(tau=torque, payload=payload)
         sunk = 0.3 - y["x_E"][2]
         assert sunk > 1e-3 if moves else abs(sunk) < 1e-6
 

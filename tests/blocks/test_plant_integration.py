@@ -62,7 +62,7 @@ def test_plant_follows_the_equations(load_kg: float) -> None:
 
 def paths(commands: Array, **actuators: float) -> tuple[Array, Array]:
     """theta (ticks, 6) with one substep and with 16; actuators: what every actuator has."""
-    found, names = [], {"d": 2, "c": 3}
+    listed, names = [], {"d": 2, "c": 3}
     for substeps in (1, 16):
         p = load("plant").p["actuator"]
         for name, value in actuators.items():
@@ -72,15 +72,15 @@ def paths(commands: Array, **actuators: float) -> tuple[Array, Array]:
             y = block.tick(tau=tau)
             assert y["fault"] == 0.0
             theta.append(y["theta"])
-        found.append(np.array(theta))
-    return found[0], found[1]
+        listed.append(np.array(theta))
+    return listed[0], listed[1]
 
 
 def test_plant_turns_with_its_hysteresis() -> None:
     """Ten times the hysteresis, and every joint turns thrice: 6e-10 rad in 0.2 s. With z of a
     joint that does not turn within a substep it is 3e-7 rad."""
-    t, held = TS * np.arange(800)[:, None], np.array(holding_torque(machine()))
-    theta, fine = paths(held + 2.0 * np.cos(2 * np.pi * (9 + np.arange(6)) * t), c=0.8)
+    t, offset = TS * np.arange(800)[:, None], np.array(holding_torque(machine()))
+    theta, fine = paths(offset + 2.0 * np.cos(2 * np.pi * (9 + np.arange(6)) * t), c=0.8)
     turns = np.sum(np.diff(np.sign(np.diff(fine, axis=0)), axis=0) != 0, axis=0)
     assert turns.min() >= 3
     assert np.abs(theta - fine).max() < 0.1 * machine().encoder.step

@@ -48,12 +48,12 @@ def table(kind: Kind) -> Table:
 def player(machine: Machine, tmp_path_factory: pytest.TempPathFactory) -> dict[Kind, Path]:
     """Both kinds of players."""
     kinds: tuple[Kind, ...] = ("joints", "pose")
-    made = {}
+    by_name = {}
     for kind in kinds:
         folder = tmp_path_factory.mktemp(kind)
         build_player(table(kind), machine, folder)
-        made[kind] = folder / "player.fmu"
-    return made
+        by_name[kind] = folder / "player.fmu"
+    return by_name
 
 
 def played(path: Path, stop: float, start: float = START) -> Array:

@@ -29,9 +29,9 @@ def subject() -> Machine:
 
 
 def started(block: str = "pose", **parameters: float) -> Loaded:
-    made = load(block)
-    made.start(**parameters)
-    return made
+    loaded = load(block)
+    loaded.start(**parameters)
+    return loaded
 
 
 def inputs(x: Array, xd: Array, xdd: Array, length: float = 1.0) -> dict[str, Array]:
@@ -116,9 +116,9 @@ def test_pose_keeps_the_assembly_of_the_machine() -> None:
     rng, pose, kinematics, solved = np.random.default_rng(7), started(), started("kinematics"), 0
     for _ in range(200):
         theta = rng.uniform(-0.95, 0.95, 6) * STROKE
-        found = kinematics.tick(theta=theta)
-        if found["converged"]:
-            x, solved = found["x"], solved + 1
+        followed = kinematics.tick(theta=theta)
+        if followed["converged"]:
+            x, solved = followed["x"], solved + 1
             assert_close(pose.tick(x_E=x[30:33], lam_E=x[33:])["r"], theta, atol=1e-12, what="r")
     assert solved > 180
 

@@ -87,11 +87,11 @@ def test_member_gives_no_more_than_it_declares(tmp_path: Path) -> None:
 
 def test_archives_are_opened_in_one_place() -> None:
     """In the product; pack.py writes."""
-    found = {
+    by_name = {
         str(path.relative_to(ROOT))
         for folder in ("build", "fmus", "ssp", "diagnosis", "flexhex")
         for path in (ROOT / folder).rglob("*.py")
         if re.search(r"ZipFile\(|extractall\(", path.read_text(encoding="utf-8"))
     }
     allowed = {"fmus/common/archive.py", "build/fmugen/pack.py", "flexhex/check/binary.py"}
-    assert found <= allowed | {"flexhex/check/results.py"}
+    assert by_name <= allowed | {"flexhex/check/results.py"}

@@ -34,22 +34,22 @@ class Loop:
     @cached_property
     def inputs(self) -> dict[str, list[tuple[Place, str, int]]]:
         """By instance: place of each connected input, the source and which of its outputs."""
-        found: dict[str, list[tuple[Place, str, int]]] = {name: [] for name in self.instances}
+        inputs: dict[str, list[tuple[Place, str, int]]] = {name: [] for name in self.instances}
         for wire in self.package.wires:
             source = self.package.instance(wire.source).fmu.variables[wire.output]
             target = self.package.instance(wire.target).fmu.variables[wire.input]
             which = self.outputs[wire.source].index(place(source))
-            found[wire.target].append((place(target), wire.source, which))
-        return found
+            inputs[wire.target].append((place(target), wire.source, which))
+        return inputs
 
     def read(self) -> Outputs:
         """All outputs of all instances."""
-        found: Outputs = {}
+        outputs: Outputs = {}
         for name, references in self.outputs.items():
             values = self.instances[name].get(references)
             assert values is not None
-            found[name] = values
-        return found
+            outputs[name] = values
+        return outputs
 
     def step(self) -> None:
         """One base step of all."""

@@ -16,10 +16,10 @@ SO = "binaries/linux64/toy.so"
 
 def other_sources(files: Files) -> None:
     """The GUID of the description stands in no source any more."""
-    found = re.search(rb'guid="([^"]+)"', files[XML])
-    assert found is not None
+    match = re.search(rb'guid="([^"]+)"', files[XML])
+    assert match is not None
     for name in [n for n in files if n.startswith("sources/")]:
-        files[name] = files[name].replace(found[1], b"{another}")
+        files[name] = files[name].replace(match[1], b"{another}")
 
 
 def other_machine(files: Files) -> None:

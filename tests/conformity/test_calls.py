@@ -25,8 +25,8 @@ def test_every_function_in_every_state(fmu_dir: Path, tmp_path: Path, name: str)
             status, said = slave.call(function, *given), slave.said
             good = DISCARD if function == "fmi2GetIntegerStatus" else OK
             legal = letter == "x"
-            told = f"{function} is not allowed in state {state} (instance one)"
-            if status != (good if legal else ERROR) or (not legal and said != told):
+            message = f"{function} is not allowed in state {state} (instance one)"
+            if status != (good if legal else ERROR) or (not legal and said != message):
                 wrong.append((function, state, status, said))
             slave.free()
     assert wrong == []

@@ -55,10 +55,10 @@ def test_default_experiment_shows_something(fmu_dir: Path, name: str) -> None:
 def test_coordinates_have_their_own_units(fmu_dir: Path, name: str) -> None:
     """x~ [SH, Eq. (3)]: six angles, six quaternions, position [m] and quaternion of E."""
     root = etree.fromstring(members(fmu_dir / f"{name}.fmu")[XML])
-    found = {v.get("name"): v for v in root.iter("ScalarVariable")}
+    elements = {v.get("name"): v for v in root.iter("ScalarVariable")}
     for array, rate in (("x", ""), ("xd", "/s"), ("xdd", "/s2")):
-        listed = [n for n in found if array_of(n) == array]
-        units = [found[n].find("Real").get("unit") for n in listed]
+        listed = [n for n in elements if array_of(n) == array]
+        units = [elements[n].find("Real").get("unit") for n in listed]
         assert units == [f"rad{rate}"] * 6 + [f"1{rate}"] * 24 + [f"m{rate}"] * 3 + [f"1{rate}"] * 4
         assert listed[30:34] == [*(f"{array}.x_E.{axis}" for axis in "xyz"), f"{array}.lam_E[1]"]
 

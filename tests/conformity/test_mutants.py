@@ -40,9 +40,9 @@ def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> Non
     change, wanted = mutants.FMU[kind]
     files = members(toy)
     change(files)
-    found = complaints(write(tmp_path / "toy.fmu", files))
-    print(f"{kind:40} {found[0].partition(': ')[2] if found else '-'}")
-    assert any(re.search(wanted, text) for text in found), found
+    messages = complaints(write(tmp_path / "toy.fmu", files))
+    print(f"{kind:40} {messages[0].partition(': ')[2] if messages else '-'}")
+    assert any(re.search(wanted, text) for text in messages), messages
 
 
 @pytest.mark.sample(5)
@@ -51,9 +51,9 @@ def test_mistake_in_a_system_is_found(hexapod_ssp: Path, tmp_path: Path, kind: s
     change, wanted = SYSTEM[kind]
     files = members(hexapod_ssp)
     change(files)
-    found = complaints(write(tmp_path / "hexapod.ssp", files))
-    print(f"{kind:40} {found[0].partition(': ')[2] if found else '-'}")
-    assert any(re.search(wanted, text) for text in found), found
+    messages = complaints(write(tmp_path / "hexapod.ssp", files))
+    print(f"{kind:40} {messages[0].partition(': ')[2] if messages else '-'}")
+    assert any(re.search(wanted, text) for text in messages), messages
 
 
 def test_our_fmus_and_systems_are_not_blamed(fmu_dir: Path, machine_ssp: Path) -> None:

@@ -41,11 +41,11 @@ def run(folder: Path, *command: str) -> None:
 
 def kinds(path: Path) -> set[str]:
     """What is said about an FMU, without variables and places: its kinds of mistakes."""
-    found = set()
+    kinds_of_mistakes = set()
     for text in check_fmu(path):
         plain = re.sub(r"^'[^']*'", "NAME", text.removeprefix(f"{path}: "))
-        found.add(re.sub(r"\{.*|\. No terminal.*|^\.\.\. and .*", "", plain).strip())
-    return found - {""}
+        kinds_of_mistakes.add(re.sub(r"\{.*|\. No terminal.*|^\.\.\. and .*", "", plain).strip())
+    return kinds_of_mistakes - {""}
 
 
 def test_fmu_of_pythonfmu_lacks_its_initial_unknowns(tmp_path: Path) -> None:

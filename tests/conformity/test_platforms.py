@@ -123,12 +123,12 @@ def test_binary_of_each_platform_is_of_its_kind(tmp_path: Path, platform: str) -
     interface, functions = toys.interface(), toys.functions()
     from flexhex.fmugen.fmu import build_fmu
 
-    made = [
+    written = [
         build_fmu(interface, functions, toys.STEP_C, tmp_path / k, platforms=(host(), platform))
         for k in ("one", "two")
     ]
-    assert check_fmu(made[0]) == []
-    assert made[0].read_bytes() == made[1].read_bytes(), "not reproducible"
+    assert check_fmu(written[0]) == []
+    assert written[0].read_bytes() == written[1].read_bytes(), "not reproducible"
 
 
 def test_unknown_platform_is_refused() -> None:

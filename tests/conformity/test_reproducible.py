@@ -61,8 +61,8 @@ def build(folder: Path, blocks: tuple[str, ...], umask: int, language: str, seed
 def test_archives_are_equal_byte_for_byte(tmp_path: Path, blocks: tuple[str, ...]) -> None:
     first = build(tmp_path / "one", blocks, 0o022, "C", "1")
     second = build(tmp_path / "some where" / "élse", blocks, 0o077, "C.UTF-8", "2")
-    made = sorted(p.name for p in first.iterdir())
-    assert made == sorted(p.name for p in second.iterdir())
-    assert len(made) == len(blocks) + (len(blocks) > 2)
-    for name in made:
+    names = sorted(p.name for p in first.iterdir())
+    assert names == sorted(p.name for p in second.iterdir())
+    assert len(names) == len(blocks) + (len(blocks) > 2)
+    for name in names:
         assert (first / name).read_bytes() == (second / name).read_bytes(), name

@@ -26,10 +26,10 @@ def flexhex(*words: object) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize("name", NAMES)
 def test_fmu_answers_as_when_it_was_built(fmu_dir: Path, tmp_path: Path, name: str) -> None:
     fmu = fmu_dir / f"{name}.fmu"
-    found = check_results(fmu)
-    assert found
+    deviations = check_results(fmu)
+    assert deviations
     # the same binary on the same computer: to the last bit
-    assert [d.output for d in found if d.worst != 0] == []
+    assert [d.output for d in deviations if d.worst != 0] == []
     (tmp_path / "out.csv").write_bytes(members(fmu)[OUT])
     rows = read(tmp_path / "out.csv")[1]
     assert len(rows) == 20

@@ -30,14 +30,14 @@ def vdmcheck(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("vdmcheck")
     for name in ("vdmj", "annotations", "xsd2vdm", "fmuReader", "vdmcheck2", "static-model",
                  "rule-model"):  # fmt: skip
-        found = [p for p in REPOSITORY.rglob(f"{name}-*.jar") if "sources" not in p.name]
-        if not found:
+        listed = [p for p in REPOSITORY.rglob(f"{name}-*.jar") if "sources" not in p.name]
+        if not listed:
             pytest.skip(f"VDMCheck2 is not in the local Maven repository ({name})")
         if name.endswith("-model") or name == "vdmcheck2":
-            with zipfile.ZipFile(found[-1]) as archive:
+            with zipfile.ZipFile(listed[-1]) as archive:
                 wanted = [n for n in archive.namelist() if n.startswith(("fmi2-", "fmi2schema/"))]
                 archive.extractall(folder, wanted)
-        shutil.copyfile(found[-1], folder / f"{name}.jar")
+        shutil.copyfile(listed[-1], folder / f"{name}.jar")
     return folder / "vdmcheck2.jar"
 
 

@@ -61,6 +61,6 @@ def design(B: Array, rows: Layout) -> Design:
     return Design.of([B[rows.rows(axis)] for axis in range(rows.n)])
 
 
-def whole(made: Regression) -> Array:
+def whole(fitted: Regression) -> Array:
     """The same back (R, nb)."""
-    return np.concatenate([made.B.whole(axis) for axis in range(made.layout.n)])
+    return np.concatenate([fitted.B.whole(axis) for axis in range(fitted.layout.n)])

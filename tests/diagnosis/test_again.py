@@ -57,12 +57,12 @@ def twice() -> Twice:
     """A cogging of 3 % of torque RMS hidden by the foreign generator."""
     folder = Path(mkdtemp())
     seed = seed_of("single", EFFECT, 0.03)
-    made = FAMILIES["generator"](seed, folder / "logs", folder / "sealed", None)
+    files = FAMILIES["generator"](seed, folder / "logs", folder / "sealed", None)
     Sealed.shut = True
     try:
-        first = diagnose(made.paths, made.test_paths, MACHINE_FILE, OPTIONS)
+        first = diagnose(files.paths, files.test_paths, MACHINE_FILE, OPTIONS)
         extended = extended_file(MACHINE_FILE, first, folder / "extended.toml")
-        return Twice(first, diagnose(made.paths, made.test_paths, extended, OPTIONS), extended)
+        return Twice(first, diagnose(files.paths, files.test_paths, extended, OPTIONS), extended)
     finally:
         Sealed.shut = False
 
@@ -90,7 +90,7 @@ def test_seal_is_tight() -> None:
         Sealed.shut, Sealed.tried = False, ()
 
 
-def test_nothing_is_found_again(twice: Twice) -> None:
+def test_nothing_is_named_again(twice: Twice) -> None:
     """What no effect explains is left both times, less of it the second time. The generator's
     overtone, a tenth of the cogging at twice its order, is too little to be named beside it and
     may be all there is the second time."""

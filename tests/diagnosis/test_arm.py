@@ -172,7 +172,7 @@ def test_measured_arm_has_viscous_friction_on_the_axes_that_move() -> None:
     assert_viscous(measured((1, 4, 8, 12)))
 
 
-def test_measured_arm_run_once_cannot_be_told() -> None:
+def test_measured_arm_run_once_cannot_be_judged() -> None:
     diagnosis = measured((1,))
     assert diagnosis.verdict == "cannot tell"
     assert diagnosis.effects == ()

@@ -51,7 +51,7 @@ def test_axis_without_friction_has_nothing() -> None:
 
 
 @several
-def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None:
+def test_torque_that_comes_late_is_reported_and_is_no_effect(tmp_path: Path) -> None:
     """2 ms, of the logger as far as anyone can tell."""
     paths = []
     for seed, number in TWICE:
@@ -63,8 +63,8 @@ def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None
         paths.append(path)
     diagnosis = diagnose(paths, [], options=OPTIONS)
     assert diagnosis.verdict == "none"
-    (told,) = [text for text in diagnosis.findings if "lags" in text]
-    assert told.startswith("the torque channel lags the angles by 2 ms; treated as logger delay")
+    (note,) = [text for text in diagnosis.findings if "lags" in text]
+    assert note.startswith("the torque channel lags the angles by 2 ms; treated as logger delay")
     assert not [text for text in said(0.0, TWICE).findings if "lags" in text]
 
 
@@ -81,7 +81,7 @@ def test_friction_and_cogging_are_no_delay(tmp_path: Path) -> None:
 
 
 @several
-def test_one_trajectory_is_told_to_be_one(tmp_path: Path) -> None:
+def test_one_trajectory_is_reported_as_one(tmp_path: Path) -> None:
     """A held-out run of another motion can refute it."""
     text = "one trajectory only: no other motion can refute what is found on it"
     paths = [write(tmp_path / f"{k}.csv", 1, k, 0.0) for k in (1, 2, 3)]
@@ -103,9 +103,9 @@ def test_axis_without_repeats_is_named_by_what_no_noise_could_be(
     friction: float, names: set[str]
 ) -> None:
     diagnosis = said(friction, ((1, 1), (2, 1)))
-    found = {effect.id for effect in diagnosis.effects}
-    assert found <= names
-    assert bool(found) == bool(names)
+    named = {effect.id for effect in diagnosis.effects}
+    assert named <= names
+    assert bool(named) == bool(names)
 
 
 def test_base_of_another_name_is_refused_with_those_there_are(tmp_path: Path) -> None:

@@ -42,8 +42,8 @@ def test_errors_count_where_they_are_felt(
 def test_gain_beside_errors_and_gain_without_them_are_both_asked(
     gain: float, plain: float, there: bool
 ) -> None:
-    found = beyond_chance(score(gain, 0), (), BARS, USUAL, lambda _: score(plain, 0))
-    assert found == there
+    bars = beyond_chance(score(gain, 0), (), BARS, USUAL, lambda _: score(plain, 0))
+    assert bars == there
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6])
@@ -57,7 +57,7 @@ def test_friction_that_grows_with_the_rate_is_friction_and_drag(
     def torque(q: Array, v: Array, a: Array) -> Array:
         return dry * np.tanh(v / 0.01) + wet * v * np.abs(v)
 
-    found = selected(bench_of(tmp_path, torque), (), lambda text: None)
-    values = {named.id: named for named in found.named}
+    side = selected(bench_of(tmp_path, torque), (), lambda text: None)
+    values = {named.id: named for named in side.named}
     assert set(values) == {"coulomb_friction", "quadratic_drag"}
     assert values["coulomb_friction"].parameters["F_c"].value == pytest.approx(dry, rel=0.05)

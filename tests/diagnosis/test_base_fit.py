@@ -26,7 +26,7 @@ Torque = Callable[[Array, Array, Array], Array]
 """Of angle, rate, acceleration."""
 
 
-def made_of(
+def calibrated_of(
     folder: Path, torque: Torque, late: int = 0, offsets: Sequence[float] = (), **more: float
 ) -> Calibrated:
     """Base model of an axis that feels a further torque [N m]; late: samples by which the torques
@@ -38,9 +38,9 @@ def made_of(
         extra = np.roll(whole + own, late) - whole
         path = folder / f"{k}.csv"
         paths.append(write(path, motion, number, 0.0, extra=extra, **more))  # type: ignore[arg-type]
-    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
+    base, run_set, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
-    return fitted(base, asked.runs)[0]
+    return fitted(base, run_set.runs)[0]
 
 
 def nothing(q: Array, v: Array, a: Array) -> Array:
@@ -62,23 +62,23 @@ def test_noise_of_the_angles_is_no_delay(tmp_path: Path) -> None:
         path = tmp_path / f"{k}.csv"
         np.savetxt(path, np.column_stack([t, *columns]), "%.8f", ",", header=head, comments="")
         paths.append(path)
-    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
-    assert abs(fitted(base, asked.runs)[0].fitted.delay) < 2e-3
+    base, run_set, _ = run_set_of(paths, [], None, Options(base="axis"))
+    assert abs(fitted(base, run_set.runs)[0].fitted.delay) < 2e-3
 
 
 @pytest.mark.parametrize("late", [0, 6])
 def test_dry_friction_is_no_delay(late: int, tmp_path: Path) -> None:
-    made = made_of(tmp_path, lambda q, v, a: 0.1 * RMS * np.tanh(v / 0.01), late)
-    assert made.fitted.delay == pytest.approx(late * TS, abs=0.3 * TS)
+    model = calibrated_of(tmp_path, lambda q, v, a: 0.1 * RMS * np.tanh(v / 0.01), late)
+    assert model.fitted.delay == pytest.approx(late * TS, abs=0.3 * TS)
 
 
 def test_machine_file_is_compared_once_the_clocks_are_brought_together(tmp_path: Path) -> None:
     """The file of a plain axis says that nothing is known: all torque is left, as late as it is."""
-    made = made_of(tmp_path, nothing, 7)
-    assert made.fitted.delay == pytest.approx(7 * TS, abs=0.1 * TS)
-    assert np.count_nonzero(made.nominal) == 1
-    for block, left in zip(made.blocks, made.residual(made.nominal), strict=True):
-        torque = torque_at(block, made.base.window, made.fitted.delay)
+    model = calibrated_of(tmp_path, nothing, 7)
+    assert model.fitted.delay == pytest.approx(7 * TS, abs=0.1 * TS)
+    assert np.count_nonzero(model.nominal) == 1
+    for block, left in zip(model.blocks, model.residual(model.nominal), strict=True):
+        torque = torque_at(block, model.base.window, model.fitted.delay)
         np.testing.assert_allclose(left, torque, atol=1e-9)
 
 
@@ -98,11 +98,11 @@ def test_offsets_of_runs_are_noise_of_runs_alone(tmp_path: Path) -> None:
     """Rows are about as sure as without them, a run's own mean is not."""
     ways = (0.003, -0.003, -0.003, 0.003)
     kinds = {"none": (), "own": ways}
-    made = {k: made_of(tmp_path, nothing, offsets=v, noise=0.02) for k, v in kinds.items()}
-    slow = {k: m.noise.slow[0, 0] for k, m in made.items()}
+    models = {k: calibrated_of(tmp_path, nothing, offsets=v, noise=0.02) for k, v in kinds.items()}
+    slow = {k: m.noise.slow[0, 0] for k, m in models.items()}
     assert slow["own"] > 3 * slow["none"]
-    rows = {k: [np.ones((len(b.at), 1)) for b in m.blocks] for k, m in made.items()}
-    sure = {k: np.linalg.norm(m.white(0, rows[k])) for k, m in made.items()}
+    rows = {k: [np.ones((len(b.at), 1)) for b in m.blocks] for k, m in models.items()}
+    sure = {k: np.linalg.norm(m.white(0, rows[k])) for k, m in models.items()}
     assert sure["own"] < 0.3 * sure["none"]
 
 

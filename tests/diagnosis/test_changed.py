@@ -52,8 +52,8 @@ def scored(off: Array, places: tuple[int, ...], seed: int = 1) -> Score:
 
 @pytest.mark.parametrize(("tolerances", "changed"), [(1.0, False), (3.0, False), (30.0, True)])
 def test_change_is_what_tolerances_make_improbable(tolerances: float, changed: bool) -> None:
-    found = scored(np.array([tolerances, 0.0, 0.0]), (0,))
-    assert passes(found, (), BARS, USUAL) == changed
+    scores = scored(np.array([tolerances, 0.0, 0.0]), (0,))
+    assert passes(scores, (), BARS, USUAL) == changed
 
 
 def test_another_parameter_is_none_that_changed() -> None:
@@ -71,8 +71,8 @@ def test_each_rotor_may_have_another_inertia() -> None:
     """All together and each alone, whatever group they are in."""
     known = [Known(f"J_r[{i + 1}]", "kg m2", 0.5, 0.1, "J_r", i) for i in range(2)]
     hypotheses = Hypotheses.__new__(Hypotheses)
-    made: Any = SimpleNamespace(known=known, scale=np.full(2, 0.1))
-    hypotheses.rows = SimpleNamespace(model=made)  # type: ignore[assignment]
+    model: Any = SimpleNamespace(known=known, scale=np.full(2, 0.1))
+    hypotheses.rows = SimpleNamespace(model=model)  # type: ignore[assignment]
     heavier_ones = [c for c in hypotheses.changes if isinstance(c, HeavierBody)]
     assert [c.places for c in heavier_ones] == [(0, 1), (0,), (1,)]
     assert [c.direction.tolist() for c in heavier_ones[1:]] == [[0.5 / 0.1]] * 2
@@ -91,31 +91,31 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
-    found, _ = search.Search(hypotheses, USUAL).next(1)
-    assert found is not None
-    assert found.score is better
+    accepted, _ = search.Search(hypotheses, USUAL).next(1)
+    assert accepted is not None
+    assert accepted.score is better
 
 
-def held(off: Array, seed: int) -> Joint:
+def fit_of(off: Array, seed: int) -> Joint:
     """A fit in which the first parameter is free of its tolerance."""
     B, y = drawn(off, seed)
     alone = np.arange(COUNT)
     rows = Layout(np.zeros(COUNT, dtype=int), alone * FOLDS // COUNT, alone // 20, alone)
     known = [Known(f"m[{k + 1}]", "kg", 2.0, 0.1, "m") for k in range(len(off))]
-    made: Any = SimpleNamespace(
+    model: Any = SimpleNamespace(
         regression=Regression(y, Design.of([B]), np.ones(len(off)), rows),
         known=known,
         scale=np.full(len(off), 0.1),
     )
-    q = made.regression.loosened({0: FREED}).q
-    return Joint(SimpleNamespace(model=made), (), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
+    q = model.regression.loosened({0: FREED}).q
+    return Joint(SimpleNamespace(model=model), (), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
 
 
 def test_interval_holds_the_value() -> None:
     """At least as often as it says: rows are counted as going together."""
     hits = 0
     for seed in range(60):
-        (change,) = changed_of(held(np.array([30.0, 0.5, -0.5]), seed), [(0,)])
+        (change,) = changed_of(fit_of(np.array([30.0, 0.5, -0.5]), seed), [(0,)])
         assert (change.parameter, change.nominal, change.estimate.unit) == ("m[1]", 2.0, "kg")
         low, high = change.estimate.ci95
         hits += low < 2.0 + 30.0 * 0.1 < high
@@ -123,7 +123,7 @@ def test_interval_holds_the_value() -> None:
 
 
 def test_of_a_body_those_are_given_that_differ() -> None:
-    (change,) = changed_of(held(np.array([30.0, 0.0, 0.0]), 3), [(0, 1, 2)])
+    (change,) = changed_of(fit_of(np.array([30.0, 0.0, 0.0]), 3), [(0, 1, 2)])
     assert change.parameter == "m[1]"
 
 
@@ -134,9 +134,9 @@ def test_of_a_body_those_are_given_that_differ() -> None:
 )
 def test_mass_below_zero_is_impossible(unit: str, off: float, odd: list[str]) -> None:
     """Two kilograms, known to 0.1; a first moment may have any sign."""
-    fit = held(np.array([off, 0.0, 0.0]), 3)
-    made: Any = fit.bench.model
-    made.known[:] = [replace(known, unit=unit) for known in made.known]
+    fit = fit_of(np.array([off, 0.0, 0.0]), 3)
+    model: Any = fit.bench.model
+    model.known[:] = [replace(known, unit=unit) for known in model.known]
     assert impossible(fit, [(0,)]) == odd
 
 
@@ -190,11 +190,11 @@ def test_mass_that_changed_takes_its_moments_with_it(share: float, changed: bool
 
 def test_mass_below_zero_is_no_hypothesis() -> None:
     """Whatever makes the torques smaller than without the body, it is not its mass."""
-    found = [
+    counts = [
         change_scores(Moments(rows), [body], USUAL)
         for rows, body in (heavy(np.full(6, 10 * share)) for share in (-0.9, -1.2))
     ]
-    assert [len(scores) for scores in found] == [1, 0]
+    assert [len(scores) for scores in counts] == [1, 0]
 
 
 def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
@@ -206,12 +206,12 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     base: Any = SimpleNamespace(linear=tuple(known))
     none: Any = SimpleNamespace()
     scale = np.full(4, 0.2)
-    made = Calibrated(base, (), none, tuple(known), scale, y, B, (), none)
-    bench: Any = SimpleNamespace(model=made, beside=lambda made: SimpleNamespace(model=made))
-    found = heavier(bench, body, Moments(rows)).model
-    assert [k.nominal for k in found.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
-    assert [k.written for k in found.known] == [2.0, 2.0, 2.0, 0.0]
-    assert found.base.linear == found.known
-    left = Moments(rows_of(found.y[0][:, 0], rows.B.whole(0), rows.prior, rows.fold))
+    model = Calibrated(base, (), none, tuple(known), scale, y, B, (), none)
+    bench: Any = SimpleNamespace(model=model, beside=lambda model: SimpleNamespace(model=model))
+    heavier_model = heavier(bench, body, Moments(rows)).model
+    assert [k.nominal for k in heavier_model.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
+    assert [k.written for k in heavier_model.known] == [2.0, 2.0, 2.0, 0.0]
+    assert heavier_model.base.linear == heavier_model.known
+    left = Moments(rows_of(heavier_model.y[0][:, 0], rows.B.whole(0), rows.prior, rows.fold))
     assert np.abs(left.fit(None).q).max() < 0.3
-    assert made.base.linear[0].nominal == 2.0
+    assert model.base.linear[0].nominal == 2.0

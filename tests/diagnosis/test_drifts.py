@@ -51,8 +51,8 @@ def test_creeping_offset_is_named_with_its_rate(tmp_path: Path) -> None:
 @pytest.mark.parametrize("corner", [0.05, 0.5, 5.0])
 def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
     rng = np.random.default_rng(11)
-    found = said(tmp_path, [0.02 * wandering(COUNT, corner, rng) for _ in RUNS])
-    assert found.effects == ()
+    diagnosis = said(tmp_path, [0.02 * wandering(COUNT, corner, rng) for _ in RUNS])
+    assert diagnosis.effects == ()
 
 
 @pytest.mark.sample(1)
@@ -61,8 +61,8 @@ def test_random_walk_is_no_drift(tmp_path: Path, seed: int) -> None:
     """Of 2 % of the torque at the end of all runs; the second one looks like a straight line."""
     steps = np.random.default_rng([seed, 5]).standard_normal(len(RUNS) * COUNT)
     walk = 0.02 * RMS * np.cumsum(steps) / np.sqrt(len(steps))
-    found = said(tmp_path, list(walk.reshape(len(RUNS), COUNT)))
-    assert found.effects == ()
+    diagnosis = said(tmp_path, list(walk.reshape(len(RUNS), COUNT)))
+    assert diagnosis.effects == ()
 
 
 def test_drift_is_judged_on_short_held_out_runs(tmp_path: Path) -> None:
@@ -75,5 +75,5 @@ def test_drift_is_judged_on_short_held_out_runs(tmp_path: Path) -> None:
     for path in paths[4:]:
         lines = path.read_text().splitlines(keepends=True)
         path.write_text("".join(lines[: short + len(lines) - COUNT]))
-    found = diagnose(paths[:4], paths[4:], options=OPTIONS)
-    assert [effect.id for effect in found.effects] == ["offset_drift"]
+    diagnosis = diagnose(paths[:4], paths[4:], options=OPTIONS)
+    assert [effect.id for effect in diagnosis.effects] == ["offset_drift"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.result.verdict import Diagnosis
 from tests.diagnosis import two_links
-from tests.diagnosis.made import plain_csv
+from tests.diagnosis.synthetic import plain_csv
 from tests.diagnosis.test_payloads import answer, several
 from tests.diagnosis.test_payloads_arm import planar
 
@@ -35,7 +35,7 @@ def run(seed: int, number: int, compliance: Array) -> dict[str, Array]:
     return {"time": t, "theta": theta, "tau_meas": tau}
 
 
-def found(folder: Path, base: str, *compliance: float) -> Diagnosis:
+def diagnosed(folder: Path, base: str, *compliance: float) -> Diagnosis:
     """The answer for two motions, three passes each."""
     paths = []
     for motion in (1, 2):
@@ -50,7 +50,7 @@ def found(folder: Path, base: str, *compliance: float) -> Diagnosis:
 @pytest.mark.parametrize("axis", [1, 2])
 def test_elastic_joint_is_named_with_its_compliance(axis: int, planar: str, tmp_path: Path) -> None:
     c = (4e-4, 5e-3)[axis - 1]
-    diagnosis = found(tmp_path, planar, *(c if k == axis else 0.0 for k in (1, 2)))
+    diagnosis = diagnosed(tmp_path, planar, *(c if k == axis else 0.0 for k in (1, 2)))
     (effect,) = diagnosis.effects
     assert (effect.id, effect.axes) == ("joint_elasticity", (axis,))
     ((_, values),) = effect.parts
@@ -60,4 +60,4 @@ def test_elastic_joint_is_named_with_its_compliance(axis: int, planar: str, tmp_
 
 @several
 def test_stiff_joints_have_no_elasticity(planar: str, tmp_path: Path) -> None:
-    assert not found(tmp_path, planar, 0.0, 0.0).effects
+    assert not diagnosed(tmp_path, planar, 0.0, 0.0).effects

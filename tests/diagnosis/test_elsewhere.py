@@ -17,13 +17,13 @@ from flexhex.diagnosis.regression.regression import Columns
 @pytest.fixture
 def others() -> Elsewhere:
     """Three samples of two axes without torque; an effect's column is its width."""
-    made: Any = object.__new__(Elsewhere)
-    made.there = SimpleNamespace(residual=lambda q: [np.zeros((3, 2))])
-    made._bench = SimpleNamespace(
+    elsewhere: Any = object.__new__(Elsewhere)
+    elsewhere.there = SimpleNamespace(residual=lambda q: [np.zeros((3, 2))])
+    elsewhere._bench = SimpleNamespace(
         thin=lambda id, axis, shape: [np.full((3, 1), shape["w"])],
     )
-    made._thin = {}
-    return made
+    elsewhere._thin = {}
+    return elsewhere
 
 
 def test_each_shape_has_columns_of_its_own(others: Elsewhere) -> None:

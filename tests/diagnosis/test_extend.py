@@ -126,10 +126,10 @@ def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:
         changed("end_effector.J_xx", 0.06, 5.0, "kg m2"),
     )
     lag = named("drive_lag", ((3, {"T_lag": estimate(-0.02, "s")}),))
-    made = extend(MACHINE_FILE, diagnosis((lag,), changes), tmp_path / "new.toml")
-    assert len(made.left_out) == 5
+    extended = extend(MACHINE_FILE, diagnosis((lag,), changes), tmp_path / "new.toml")
+    assert len(extended.left_out) == 5
     for text, part in zip(
-        sorted(made.left_out),
+        sorted(extended.left_out),
         (
             "actuator[1].d",
             "drive_lag on axis 3",
@@ -140,26 +140,26 @@ def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:
         strict=True,
     ):
         assert text.startswith(part)
-        assert f"# Not in here: {text}" in made.path.read_text()
-    machine, before = load_machine(made.path), load_machine(MACHINE_FILE)
+        assert f"# Not in here: {text}" in extended.path.read_text()
+    machine, before = load_machine(extended.path), load_machine(MACHINE_FILE)
     assert machine == before
 
 
 @pytest.mark.parametrize("name", ["upper[2].J", "lower[6].m", "flexure[5].k_u2"])
 def test_part_of_one_arm_is_said_not_to_be_written(name: str, tmp_path: Path) -> None:
-    made = extend(
+    extended = extend(
         MACHINE_FILE, diagnosis((), (changed(name, 0.1, 0.2, "kg"),)), tmp_path / "new.toml"
     )
-    (text,) = made.left_out
+    (text,) = extended.left_out
     assert text.startswith(f"{name} from 0.1 to 0.2 kg")
     assert "one such part for all arms: not written" in text
-    assert load_machine(made.path) == load_machine(MACHINE_FILE)
+    assert load_machine(extended.path) == load_machine(MACHINE_FILE)
 
 
 def test_changed_geometry_is_said_not_to_be_written(tmp_path: Path) -> None:
     change = changed("arm[2].L", 0.0, 1e-3, "m")
-    made = extend(MACHINE_FILE, diagnosis((), (change,)), tmp_path / "new.toml")
-    (text,) = made.left_out
+    extended = extend(MACHINE_FILE, diagnosis((), (change,)), tmp_path / "new.toml")
+    (text,) = extended.left_out
     assert text == "arm[2].L from 0 to 0.001 m (the loops must close at neutral: not written)"
 
 
@@ -183,11 +183,11 @@ def test_gain_that_noise_pushed_below_zero_is_zero(tmp_path: Path) -> None:
         "v_s": Estimate(0.05, (0.01, 0.09), "rad/s"),
         "s_0": Estimate(0.001, (0.0, 0.002), "rad"),
     }
-    found = diagnosis((named("stribeck_friction", ((3, parts),)),))
-    done = extend(MACHINE_FILE, found, tmp_path / "new.toml")
+    example = diagnosis((named("stribeck_friction", ((3, parts),)),))
+    done = extend(MACHINE_FILE, example, tmp_path / "new.toml")
     assert not done.left_out
     assert load_machine(done.path).effects[0].gains == ((0.03,), (0.0,))
     # one that is surely negative is none that the file could hold
     parts["F_s"] = Estimate(-0.02, (-0.024, -0.016), "N m")
-    done = extend(MACHINE_FILE, found, tmp_path / "new.toml")
+    done = extend(MACHINE_FILE, example, tmp_path / "new.toml")
     assert "stribeck_friction on axis 3" in done.left_out[0]

@@ -10,8 +10,8 @@ from scipy.signal import lfilter
 
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
-from tests.diagnosis.made import plain_csv
 from tests.diagnosis.single import SECONDS, TS, J, moved
+from tests.diagnosis.synthetic import plain_csv
 
 AXIS = Options(base="axis")
 BANDWIDTH, NOISE, CREEP = 60.0, 2e-5, 0.01
@@ -43,9 +43,9 @@ def answer(folder: Path, friction: float) -> Diagnosis:
 
 
 def test_answer_to_noise_has_no_name(tmp_path: Path) -> None:
-    found = answer(tmp_path, 0.0)
-    assert (found.verdict, found.effects) == ("cannot tell", ())
-    assert not any("explained by no effect" in note for note in found.notes)
+    diagnosis = answer(tmp_path, 0.0)
+    assert (diagnosis.verdict, diagnosis.effects) == ("cannot tell", ())
+    assert not any("explained by no effect" in note for note in diagnosis.notes)
 
 
 def test_effect_is_named_beside_the_answer_to_noise(tmp_path: Path) -> None:

@@ -24,18 +24,18 @@ def test_effect_that_may_be_zero_beside_the_others_has_no_name(tmp_path: Path) -
     others = [score for score in scores if score.size < USUAL.smallest_effect]
     assert others
     accepted = [*(Accepted(s, (), 2) for s in others), *selection.accepted]
-    kept, held = firm(selection.bench, accepted, USUAL)
+    kept, fit = firm(selection.bench, accepted, USUAL)
     assert kept == list(selection.accepted)
-    assert [part.id for part in held.parts] == ["cogging_harmonic"]
-    assert held.sure[0] > 10 * USUAL.deviations
-    assert np.hypot(*held.beta[0]) == pytest.approx(0.05 * RMS, rel=0.02)
+    assert [part.id for part in fit.parts] == ["cogging_harmonic"]
+    assert fit.sure[0] > 10 * USUAL.deviations
+    assert np.hypot(*fit.beta[0]) == pytest.approx(0.05 * RMS, rel=0.02)
 
 
 def test_gains_count_together(tmp_path: Path) -> None:
     """A wave of a single run of known phase: its cosine is zero, its sine is sure."""
     selection = chosen(tmp_path, lambda q, v, a: 0.05 * RMS * np.sin(29.0 * q))
-    _, held = firm(selection.bench, selection.accepted, USUAL)
-    (gains,), (spread,) = held.beta, held.deviation
+    _, fit = firm(selection.bench, selection.accepted, USUAL)
+    (gains,), (spread,) = fit.beta, fit.deviation
     single = np.abs(gains) / spread
     assert single.min() < USUAL.deviations < single.max()
-    assert held.sure[0] == pytest.approx(np.hypot(*single), rel=0.5)
+    assert fit.sure[0] == pytest.approx(np.hypot(*single), rel=0.5)

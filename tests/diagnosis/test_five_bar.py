@@ -72,8 +72,8 @@ def truth() -> Array:
 
 def torques(seed: int, friction: float = 0.0) -> Array:
     q, v, a = motion(seed)
-    made = lagrange().map(len(T)).call([q.T, v.T, a.T, ca.repmat(ca.DM(truth()), 1, len(T))])
-    tau: Array = made[0].full().T
+    computed = lagrange().map(len(T)).call([q.T, v.T, a.T, ca.repmat(ca.DM(truth()), 1, len(T))])
+    tau: Array = computed[0].full().T
     return tau + machines.rubbed(v, (friction, 0.0), (0.0, 0.0))
 
 
@@ -84,13 +84,13 @@ def write_log(path: Path, seed: int, friction: float, head: str = "", noise: int
 
 
 def logs(folder: Path, seeds: tuple[int, ...], friction: float, passes: int = 1) -> list[Path]:
-    found = []
+    listed = []
     for seed in seeds:
         for k in range(passes):
             head = f"# trajectory: {seed}\n# pass: {k + 1}\n"
             path = folder / f"{seed}-{k}.csv"
-            found.append(write_log(path, seed, friction, head, 10 * seed + k))
-    return found
+            listed.append(write_log(path, seed, friction, head, 10 * seed + k))
+    return listed
 
 
 def test_columns_are_those_of_lagrange() -> None:
@@ -102,12 +102,12 @@ def test_columns_are_those_of_lagrange() -> None:
 
 def test_identify_predicts_and_its_fmu_does(tmp_path: Path) -> None:
     paths = logs(tmp_path, (1, 2, 3), 0.5)
-    found = identify(paths[:2], paths[2:], options=Options(BASE))
-    assert found.held_out is not None
-    assert (found.held_out.fitted < 0.01).all()
-    assert (found.held_out.file > 0.1).all()
-    assert_close(found["F_c[1]"].estimate.value, 0.5, rtol=1e-3)
-    file = write_fmu(tmp_path / "five_bar.fmu", found)
+    identified = identify(paths[:2], paths[2:], options=Options(BASE))
+    assert identified.held_out is not None
+    assert (identified.held_out.fitted < 0.01).all()
+    assert (identified.held_out.file > 0.1).all()
+    assert_close(identified["F_c[1]"].estimate.value, 0.5, rtol=1e-3)
+    file = write_fmu(tmp_path / "five_bar.fmu", identified)
     got, wanted = played(file, *motion(3)), torques(3, 0.5)[1:-1]
     assert ((got - wanted).std(axis=0) < 0.01 * wanted.std(axis=0)).all()
 
@@ -115,13 +115,15 @@ def test_identify_predicts_and_its_fmu_does(tmp_path: Path) -> None:
 def test_what_no_motion_tells_are_sums(tmp_path: Path) -> None:
     """A rod's mass acts as one at the end of its arm; its first moment is shared with the other
     rod, which carries it too: they meet."""
-    found = identify(logs(tmp_path, (1, 2), 0.0), options=Options(BASE))
-    assert len(found.combinations) < len(FiveBar.parameters)
-    sums = {name for one in found.combinations for name, _ in one.terms if len(one.terms) > 1}
+    identified = identify(logs(tmp_path, (1, 2), 0.0), options=Options(BASE))
+    assert len(identified.combinations) < len(FiveBar.parameters)
+    sums = {name for one in identified.combinations for name, _ in one.terms if len(one.terms) > 1}
     assert {"rod_1.m", "rod_2.m"} <= sums
 
 
 @pytest.mark.slow
 def test_hidden_friction_is_named(tmp_path: Path) -> None:
-    found = diagnose(logs(tmp_path, (1, 2), 0.5, 2), options=Options(BASE))
-    assert [(effect.id, effect.axes) for effect in found.effects] == [("coulomb_friction", (1,))]
+    diagnosis = diagnose(logs(tmp_path, (1, 2), 0.5, 2), options=Options(BASE))
+    assert [(effect.id, effect.axes) for effect in diagnosis.effects] == [
+        ("coulomb_friction", (1,))
+    ]

@@ -68,7 +68,7 @@ def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path
     assert names(exact) != ["coulomb_friction"] or nameless(exact, USUAL)
 
 
-def test_what_an_inexact_form_leaves_is_told(tmp_path: Path) -> None:
+def test_what_an_inexact_form_leaves_is_reported(tmp_path: Path) -> None:
     """And `--json` can tell it, which knows no numbers of NumPy."""
     side = selected(
         bench_of(
@@ -109,8 +109,8 @@ def test_rest_beside_effects_is_as_large_as_what_it_gains(tmp_path: Path) -> Non
     for gain, there in ((0.05 * own.score.gain, True), (0.5, False)):
         beside = Score(kind, 2.0 * gain, np.full(folds, 2.0 * gain - gain / folds), 10.0)
         unsure = replace(selection, rest=(Rest(0.3, 1.0),), beside=(beside,), instead={})
-        found = nameless(unsure, USUAL)
-        assert [left.size for left in found.values()] == (
+        functions = nameless(unsure, USUAL)
+        assert [left.size for left in functions.values()] == (
             [pytest.approx(np.sqrt(0.05) * explained)] if there else []
         )
 

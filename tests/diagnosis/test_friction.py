@@ -37,12 +37,12 @@ def said(folder: Path, friction: Callable[[Array], Array], steps: float = 1e-6) 
 @several
 def test_sharp_friction_leaves_nothing(tmp_path: Path) -> None:
     """It turns over within less than a sample: no angle of presliding is to be seen."""
-    found = said(tmp_path, lambda rate: F * np.tanh(rate / 0.002))
-    (effect,) = found.effects
+    diagnosis = said(tmp_path, lambda rate: F * np.tanh(rate / 0.002))
+    (effect,) = diagnosis.effects
     assert effect.id == "coulomb_friction"
     assert effect.parameters["F_c"].value == pytest.approx(F, rel=0.03)
     after, non_repeatable = (
-        float(found.residual.held_out[name][0]) for name in ("after", "non_repeatable")
+        float(diagnosis.residual.held_out[name][0]) for name in ("after", "non_repeatable")
     )
     assert after < 1.1 * non_repeatable
 
@@ -55,8 +55,8 @@ def test_friction_of_a_gear_grows_with_its_load(tmp_path: Path) -> None:
         _, rate, _ = moved(CLOCK, motion)
         lost = (F + 0.03 * np.abs(wanted(CLOCK, motion))) * np.tanh(rate / 0.01)
         paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=lost))
-    found = diagnose(paths[:4], paths[4:], options=OPTIONS)
-    first, second = sorted(found.effects, key=lambda effect: effect.id)
+    diagnosis = diagnose(paths[:4], paths[4:], options=OPTIONS)
+    first, second = sorted(diagnosis.effects, key=lambda effect: effect.id)
     assert (first.id, second.id) == ("coulomb_friction", "load_friction")
     assert first.parameters["F_c"].value == pytest.approx(F, rel=0.1)
     assert second.parameters["mu"].value == pytest.approx(0.03, rel=0.1)
@@ -77,8 +77,8 @@ def test_lopsided_friction_is_one_friction(tmp_path: Path) -> None:
 
 @several
 def test_peak_of_slow_motion_is_found_with_its_rate(tmp_path: Path) -> None:
-    found = said(tmp_path, lambda rate: F * np.sign(rate) * (1 + np.exp(-((rate / 0.2) ** 2))))
-    (effect,) = found.effects
+    diagnosis = said(tmp_path, lambda rate: F * np.sign(rate) * (1 + np.exp(-((rate / 0.2) ** 2))))
+    (effect,) = diagnosis.effects
     assert effect.id == "stribeck_friction"
     values = {name: estimate.value for name, estimate in effect.parameters.items()}
     assert values["F_c"] == pytest.approx(F, rel=0.05)

@@ -16,8 +16,8 @@ def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> No
     """Any function between its places: an axis may pass a narrow one within a window, and of its
     smoothed angle the function would be another."""
     rows = Rows.of(bench_of(tmp_path, None).model)
-    found = generic(rows, 0)[0]
-    assert found.argument == "angle"
+    hypothesis = generic(rows, 0)[0]
+    assert hypothesis.argument == "angle"
     blocks = rows.model.blocks
     angles = [block.run.motion.theta[:, 0] for block in blocks]
     seen = np.concatenate([v[b.seen] for v, b in zip(angles, blocks, strict=True)])
@@ -26,7 +26,7 @@ def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> No
     smooth = rows.raw(
         [b.smooth(np.interp(v, knots, values)) for v, b in zip(angles, blocks, strict=True)]
     )
-    assert found.raw @ values == pytest.approx(rows.torque_rms[0] * smooth, abs=1e-9)
+    assert hypothesis.raw @ values == pytest.approx(rows.torque_rms[0] * smooth, abs=1e-9)
     late = rows.raw(
         [np.interp(b.smooth(v), knots, values) for v, b in zip(angles, blocks, strict=True)]
     )

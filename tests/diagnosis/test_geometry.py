@@ -68,12 +68,12 @@ def test_column_of_an_arm_is_the_difference_of_its_torques(name: str) -> None:
     base, rng = RigidArmBase(HEAVY, TS), np.random.default_rng(0)
     motion, p = Motion(0.0, TS, *rng.normal(size=(3, 5, 6))), rng.normal(size=66)
     assert base.geometry is not None
-    found = base.geometry.columns(motion, SAMPLES, p)
+    columns = base.geometry.columns(motion, SAMPLES, p)
     at = [known.name for known in base.geometry.known].index(name)
     more, less = (torque(displaced(HEAVY, name, by), motion, p) for by in (STEP, -STEP))
     wanted = (more - less) / (2 * STEP)
     # differences of torques of some 50 N m, divided by 2e-5
-    assert_close(found[:, :, at], wanted, atol=1e-6 * np.abs(wanted).max())
+    assert_close(columns[:, :, at], wanted, atol=1e-6 * np.abs(wanted).max())
 
 
 def moved(n: int, number: int) -> Motion:
@@ -96,14 +96,14 @@ def test_noise_of_the_angles_hardly_shows_in_the_columns() -> None:
     weights, _ = hann_weights(at, 0.0, TS, valid, base.window)
     p = np.array([known.nominal for known in base.linear])
     assert base.geometry is not None
-    wanted, found = (base.geometry.columns(motion, weights, p) for motion in (clean, seen))
+    wanted, actual = (base.geometry.columns(motion, weights, p) for motion in (clean, seen))
     # accelerations of 3 rad/s2 RMS have a noise of 1.2 before they are smoothed, 0.05 after
-    assert np.abs(found - wanted).max() < 0.03 * np.abs(wanted).max()
+    assert np.abs(actual - wanted).max() < 0.03 * np.abs(wanted).max()
 
 
 def runs(machine: Machine) -> list[Run]:
     """Two passes of two trajectories with MuJoCo's torques and noise of 1e-4 of them."""
-    model, made, rng = compiled(machine, TS, ()), [], np.random.default_rng(7)
+    model, listed, rng = compiled(machine, TS, ()), [], np.random.default_rng(7)
     for number in (1, 2):
         motion = moved(machine.n, number)
         tau = inverse(model, motion.theta, motion.thetad, motion.thetadd)
@@ -111,14 +111,14 @@ def runs(machine: Machine) -> list[Run]:
             noisy = tau + 1e-4 * tau.std(axis=0) * rng.standard_normal(tau.shape)
             valid = np.ones(len(tau), dtype=bool)
             signal = Signal(0.0, TS, noisy, valid)
-            made.append(Run(f"{number}{again}", str(number), motion, valid, signal))
-    return made
+            listed.append(Run(f"{number}{again}", str(number), motion, valid, signal))
+    return listed
 
 
 def left(base: Base, listed: Sequence[Run]) -> Array:
     """What the fit leaves of each axis' torque, relative RMS."""
-    made = calibrate(base, blocks(base, listed, base.spacing))
-    return axis_rms(made.blocks, made.residual(made.regression.q)) / made.torque_rms
+    model = calibrate(base, blocks(base, listed, base.spacing))
+    return axis_rms(model.blocks, model.residual(model.regression.q)) / model.torque_rms
 
 
 def test_arm_whose_geometry_is_wrong_leaves_nothing() -> None:

@@ -106,14 +106,14 @@ def expected(change: Callable[[Data, int, float], None], k: int) -> dict[str, fl
         back = -L * np.cross(AXES[k], AXES[0])
         moves = {f"{own}.{x}": v for x, v in zip("xyz", back, strict=True)}
         return {f"{own}.{('roll', 'pitch', 'yaw')[k]}": 1.0, **moves}
-    found = dict[str, float]()
+    names = dict[str, float]()
     for i, rod in enumerate(hexapod_rods(data)):
         if change is longer_cranks:
-            found |= {f"arm[{i + 1}].L": 1.0, f"arm[{i + 1}].x": -1.0}
+            names |= {f"arm[{i + 1}].L": 1.0, f"arm[{i + 1}].x": -1.0}
         else:
             on_E = {f"arm[{i + 1}].P_{x}": v for x, v in zip("xyz", rod, strict=True)}
-            found |= {f"arm[{i + 1}].l": 1.0, **on_E}
-    return found
+            names |= {f"arm[{i + 1}].l": 1.0, **on_E}
+    return names
 
 
 @cache
@@ -153,7 +153,7 @@ def torque(machine: Machine) -> Array:
         model.motion(xd, linkage.accelerations(xd, thetadd)),
         Mechanism.split(ca.SX(par), 6),
     )
-    tau, moved, found = (
+    tau, moved, outputs = (
         ca.Function("tau", [X, thetad, thetadd], [project(linkage, load)]),
         motion(),
         [],
@@ -162,8 +162,8 @@ def torque(machine: Machine) -> Array:
         x = np.concatenate([moved.theta[k], model.frames.x0[6:]])
         for _ in range(NEWTON_STEPS):
             x = np.array(step(x)).ravel()
-        found.append(np.array(tau(x, moved.thetad[k], moved.thetadd[k])).ravel())
-    return np.array(found)
+        outputs.append(np.array(tau(x, moved.thetad[k], moved.thetadd[k])).ravel())
+    return np.array(outputs)
 
 
 CHANGES = [(placed, 0), (placed, 1), (placed, 2), (turned, 0), (turned, 1), (turned, 2)]
@@ -182,9 +182,9 @@ def test_columns_are_the_differences_of_a_changed_machine_file(
     wanted = (ends[0] - ends[1]) / (2 * STEP)
     geometry = base().geometry
     assert geometry is not None
-    found = geometry.columns(motion(), csr_array(eye_array(SAMPLES)), parameters())
+    columns = geometry.columns(motion(), csr_array(eye_array(SAMPLES)), parameters())
     at = [known.name for known in geometry.known]
-    total = sum(size * found[:, :, at.index(name)] for name, size in expected(change, k).items())
+    total = sum(size * columns[:, :, at.index(name)] for name, size in expected(change, k).items())
     # differences of torques of some N m, divided by 2e-5
     assert_close(np.asarray(total), wanted, atol=1e-6 * np.abs(wanted).max())
 
@@ -193,11 +193,11 @@ def test_a_row_without_samples_has_no_columns() -> None:
     geometry = base().geometry
     assert geometry is not None
     whole, holed = np.eye(SAMPLES), np.diag([1.0, 0.0, 1.0])
-    wanted, found = (
+    wanted, actual = (
         geometry.columns(motion(), csr_array(weights), parameters()) for weights in (whole, holed)
     )
-    assert (found[1] == 0.0).all()
-    assert (found[[0, 2]] == wanted[[0, 2]]).all()
+    assert (actual[1] == 0.0).all()
+    assert (actual[[0, 2]] == wanted[[0, 2]]).all()
 
 
 def assembled(nominal: hexapod.Hexapod, size: float) -> hexapod.Hexapod:
@@ -242,8 +242,9 @@ def test_hexapod_whose_geometry_is_wrong_leaves_nothing(
     left = []
     for geometry in (knows.geometry, None):
         knows.geometry = geometry
-        made = calibrate(knows, blocks(knows, runs, knows.spacing))
-        left.append(axis_rms(made.blocks, made.residual(made.regression.q)) / made.torque_rms)
+        corrected = calibrate(knows, blocks(knows, runs, knows.spacing))
+        rest = corrected.residual(corrected.regression.q)
+        left.append(axis_rms(corrected.blocks, rest) / corrected.torque_rms)
     # noise is 1e-4, MuJoCo's connections give a little; a firm geometry leaves four times as much
     assert left[0].max() < 4e-4
     assert left[1].max() > 1e-3

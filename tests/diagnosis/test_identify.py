@@ -17,8 +17,8 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from tests.conftest import MACHINE_FILE
-from tests.diagnosis.made import Array
 from tests.diagnosis.sines import NOISE, TS, sines_log
+from tests.diagnosis.synthetic import Array
 
 
 @pytest.fixture(scope="module")
@@ -38,25 +38,25 @@ def changed(log: Log, theta: Array | None = None, tau: Array | None = None) -> L
 
 
 def test_fit_finds_the_parameters_within_its_own_intervals(machine: Machine, log: Log) -> None:
-    found = fit(machine, [log])
-    off = (found.p - base_parameters(machine)) / found.std
+    fitted = fit(machine, [log])
+    off = (fitted.p - base_parameters(machine)) / fitted.std
     # 162 normal values: 4.5 deviations have a chance of a thousandth; too wide is wrong as well
     assert np.abs(off).max() < 4.5
     assert 0.5 < np.sqrt((off**2).mean()) < 1.5
-    assert found.warnings == ()
+    assert fitted.warnings == ()
 
 
 def test_wide_interval_counts_as_undetermined(machine: Machine, log: Log) -> None:
     """What is estimated at 1.1 +- 0.87 where the machine file says 0.5 is not determined."""
     loud = log.tau + 0.5 * np.random.default_rng(5).standard_normal(log.tau.shape)
-    found = fit(machine, [changed(log, tau=loud)])
+    fitted = fit(machine, [changed(log, tau=loud)])
     nominal = np.abs(base_parameters(machine))
-    for par, std, value in zip(parameters(machine), found.std, nominal, strict=True):
+    for par, std, value in zip(parameters(machine), fitted.std, nominal, strict=True):
         if 2 * std > max(value, par.floor):
-            assert par.name in found.undetermined
-        if par.name not in found.undetermined:
+            assert par.name in fitted.undetermined
+        if par.name not in fitted.undetermined:
             assert 2 * std <= max(value, par.floor)
-    assert 0 < len(found.undetermined) < 162
+    assert 0 < len(fitted.undetermined) < 162
 
 
 WRONG: dict[str, tuple[Callable[[Log], Log], str]] = {
@@ -122,15 +122,15 @@ def test_what_logs_cannot_tell_apart_stays_near_the_machine_file(
     together = changed(log, theta=theta, tau=predicted(columns, other) + noise)
     with pytest.raises(LogError, match="cannot tell the parameters apart"):
         fit(machine, [together])
-    found = fit(machine, [together], tolerance=0.2)
-    off = abs(found.p[preload] - other[preload])
-    assert off < 4 * found.std[preload] < 0.3, "which the offset does not"
-    assert found.residual_rms == pytest.approx(0.2 * NOISE, rel=0.5)
+    fitted = fit(machine, [together], tolerance=0.2)
+    off = abs(fitted.p[preload] - other[preload])
+    assert off < 4 * fitted.std[preload] < 0.3, "which the offset does not"
+    assert fitted.residual_rms == pytest.approx(0.2 * NOISE, rel=0.5)
     scale = np.maximum(np.abs(other), [par.floor for par in parameters(machine)])
-    assert (np.abs(found.p - other) / scale).max() < 0.2
-    (told,) = found.warnings
-    assert "apart" in told
-    assert told.endswith("they are kept near the machine file's, 20% of each")
+    assert (np.abs(fitted.p - other) / scale).max() < 0.2
+    (warning,) = fitted.warnings
+    assert "apart" in warning
+    assert warning.endswith("they are kept near the machine file's, 20% of each")
     assert np.array_equal(fit(machine, [log], tolerance=0.2).p, fit(machine, [log]).p)
 
 
@@ -140,9 +140,9 @@ def test_log_of_the_hexapod_is_refused_for_its_actuators(log: Log) -> None:
         fit(alone, [log])
 
 
-def test_wrong_torque_constant_is_told(machine: Machine, log: Log) -> None:
-    found = fit(machine, [changed(log, tau=log.tau / 3)])
-    assert "0.33 times those of tflex: is the torque constant right" in found.warnings[0]
+def test_wrong_torque_constant_is_reported(machine: Machine, log: Log) -> None:
+    fitted = fit(machine, [changed(log, tau=log.tau / 3)])
+    assert "0.33 times those of tflex: is the torque constant right" in fitted.warnings[0]
 
 
 def test_invalid_samples_do_not_touch_the_fit(machine: Machine, log: Log) -> None:
@@ -161,11 +161,11 @@ def test_invalid_samples_do_not_touch_the_fit(machine: Machine, log: Log) -> Non
             "tau_meas": replace(tau, values=worse, valid=clipped),
         },
     )
-    clean, found = fit(machine, [log]), fit(machine, [holed])
-    assert 0 < clean.samples - found.samples < 300
+    clean, fitted = fit(machine, [log]), fit(machine, [holed])
+    assert 0 < clean.samples - fitted.samples < 300
     # other rows, the same parameters: far within the deviations, and no larger residual
-    assert np.abs((found.p - clean.p) / clean.std).max() < 1.5
-    assert found.residual_rms == pytest.approx(clean.residual_rms, rel=0.05)
+    assert np.abs((fitted.p - clean.p) / clean.std).max() < 1.5
+    assert fitted.residual_rms == pytest.approx(clean.residual_rms, rel=0.05)
     unmarked = changed(log, tau=worse)
     with pytest.raises(LogError, match="explains only"):
         fit(machine, [unmarked])
@@ -214,6 +214,6 @@ def test_slower_torque_gives_the_same_parameters(machine: Machine, log: Log) -> 
     known = tau.time
     fine = np.column_stack([np.interp(t, known, c) for c in tau.values.T])
     other = Channel(TS / 4, TS / 2, fine, np.ones(len(t), dtype=bool))
-    found = fit(machine, [replace(log, channels={"theta": log["theta"], "tau_meas": other})])
+    fitted = fit(machine, [replace(log, channels={"theta": log["theta"], "tau_meas": other})])
     clean = fit(machine, [log])
-    assert np.abs((found.p - clean.p) / clean.std).max() < 2
+    assert np.abs((fitted.p - clean.p) / clean.std).max() < 2

@@ -46,9 +46,9 @@ def thinned(log: Log, every: int, *names: str) -> Log:
 def test_log_faster_than_the_feedforward_is_thinned_to_its_rate(
     machine: Machine, fast: Log, of_2_kHz: Fit
 ) -> None:
-    found = fit(machine, [fast])
-    assert np.array_equal(found.p, of_2_kHz.p)
-    assert np.array_equal(found.std, of_2_kHz.std)
+    fitted = fit(machine, [fast])
+    assert np.array_equal(fitted.p, of_2_kHz.p)
+    assert np.array_equal(fitted.std, of_2_kHz.std)
 
 
 @pytest.mark.parametrize("every", [4, 8, 16, 64], ids=["1kHz", "500Hz", "250Hz", "62.5Hz"])
@@ -57,13 +57,13 @@ def test_slower_log_gives_the_same_parameters(
 ) -> None:
     """162 normal values: 4.5 deviations have a chance of a thousandth. Samples of the 2 kHz log are
     among them, so the difference of both fits is no larger than the slower one's deviation."""
-    found = fit(machine, [thinned(fast, every)])
-    off = (found.p - base_parameters(machine)) / found.std
+    fitted = fit(machine, [thinned(fast, every)])
+    off = (fitted.p - base_parameters(machine)) / fitted.std
     assert np.abs(off).max() < 4.5
     assert 0.5 < np.sqrt((off**2).mean()) < 1.5
-    assert np.abs((found.p - of_2_kHz.p) / found.std).max() < 4.5
+    assert np.abs((fitted.p - of_2_kHz.p) / fitted.std).max() < 4.5
     # white noise: the deviation grows with the root of the number of samples that are not there
-    growth = np.median(found.std / of_2_kHz.std)
+    growth = np.median(fitted.std / of_2_kHz.std)
     assert growth == pytest.approx(np.sqrt(every / 2), rel=0.25)
 
 
@@ -71,8 +71,8 @@ def test_slower_torque_sets_the_rows(machine: Machine, fast: Log) -> None:
     """Angles at 4 kHz and torques at 250 Hz fit as both at 250 Hz do: cubic interpolation at its
     nodes is exact, whatever the angle did between them."""
     both = fit(machine, [thinned(fast, 16)])
-    found = fit(machine, [thinned(fast, 16, "tau_meas")])
-    assert np.abs((found.p - both.p) / both.std).max() < 1e-6
+    fitted = fit(machine, [thinned(fast, 16, "tau_meas")])
+    assert np.abs((fitted.p - both.p) / both.std).max() < 1e-6
 
 
 def test_window_is_equally_long_at_every_rate(machine: Machine) -> None:

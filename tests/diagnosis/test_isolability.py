@@ -28,7 +28,7 @@ def motion(seeds: tuple[int, ...], seconds: float = 8.0) -> Array:
     return np.column_stack([moved(t, seed)[0] for seed in seeds])
 
 
-def asked(folder: Path, *planned: Array) -> Isolability:
+def isolability_of(folder: Path, *planned: Array) -> Isolability:
     paths = [
         write_trajectory(Trajectory(f"p{k}", TS, r), folder / f"p{k}.csv")
         for k, r in enumerate(planned)
@@ -36,13 +36,13 @@ def asked(folder: Path, *planned: Array) -> Isolability:
     return isolability(paths, None, AXIS, silent)
 
 
-def place(found: Isolability, name: str) -> int:
-    return found.effects.index(name)
+def place(result: Isolability, name: str) -> int:
+    return result.effects.index(name)
 
 
 @pytest.fixture(scope="module")
 def one(tmp_path_factory: pytest.TempPathFactory) -> Isolability:
-    return asked(tmp_path_factory.mktemp("one"), motion((1,)), motion((2,)))
+    return isolability_of(tmp_path_factory.mktemp("one"), motion((1,)), motion((2,)))
 
 
 def test_every_effect_is_wholly_explained_by_itself(one: Isolability) -> None:
@@ -55,7 +55,7 @@ def test_every_effect_is_wholly_explained_by_itself(one: Isolability) -> None:
 
 def test_one_axis_alone_has_no_coupling(one: Isolability, tmp_path: Path) -> None:
     assert "cross_coupling" not in one.effects
-    both = asked(tmp_path, 0.1 * motion((1, 3)))
+    both = isolability_of(tmp_path, 0.1 * motion((1, 3)))
     at = place(both, "cross_coupling")
     assert np.isfinite(both.smallest[at])
     assert both.axes[at] == (int(np.argmax(np.std(motion((1, 3)), axis=0))) + 1,)
@@ -114,13 +114,15 @@ def test_effects_that_need_torque_are_seen_where_no_machine_is_known(one: Isolab
 def test_friction_at_one_speed_alone_is_damping(tmp_path: Path) -> None:
     t = np.arange(round(8.0 / TS)) * TS
     triangle = 0.3 * np.abs((t / 2.0) % 2 - 1)
-    found = [asked(tmp_path / str(k), k * triangle[:, None], triangle[:, None]) for k in (1, 3)]
-    least = [one.smallest[place(one, "quadratic_drag")] for one in found]
+    listed = [
+        isolability_of(tmp_path / str(k), k * triangle[:, None], triangle[:, None]) for k in (1, 3)
+    ]
+    least = [one.smallest[place(one, "quadratic_drag")] for one in listed]
     assert not least[0] < 5 * least[1]
 
 
 def test_more_of_the_same_motion_finds_less(one: Isolability, tmp_path: Path) -> None:
-    twice = asked(tmp_path, motion((1,)), motion((2,)), motion((1,)), motion((2,)))
+    twice = isolability_of(tmp_path, motion((1,)), motion((2,)), motion((1,)), motion((2,)))
     at = place(one, "coulomb_friction")
     assert twice.smallest[at] == pytest.approx(one.smallest[at] / np.sqrt(2), rel=0.02)
 
@@ -134,4 +136,4 @@ def test_all_effects_of_the_library_have_a_row(one: Isolability) -> None:
 
 def test_plan_that_is_too_short_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="at least"):
-        asked(tmp_path, motion((1,), 0.5))
+        isolability_of(tmp_path, motion((1,), 0.5))

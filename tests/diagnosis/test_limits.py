@@ -34,28 +34,30 @@ def pushed(seed: int, limit: float) -> tuple[Array, Array]:
     rng = np.random.default_rng([seed, 3])
     t = TS * np.arange(round(SECONDS / TS))
     w, phase = rng.uniform(1.5, 14.0, 5), rng.uniform(0, 2 * np.pi, 5)
-    asked = 0.9 * np.sin(w * t[:, None] + phase).sum(axis=1)
+    commanded = 0.9 * np.sin(w * t[:, None] + phase).sum(axis=1)
     A = np.array([[0.0, 1.0, 0.0], [-SPRING / J, -3.0, 1 / J], [0.0, 0.0, 0.0]]) * TS
     step, term = np.eye(3), np.eye(3)
     for k in range(1, 12):
         term = term @ A / k
         step = step + term
     state, angle = np.zeros(2), np.empty(len(t))
-    for k, torque in enumerate(np.clip(asked, -limit, limit)):
+    for k, torque in enumerate(np.clip(commanded, -limit, limit)):
         angle[k] = state[0]
         state = step[:2, :2] @ state + step[:2, 2] * torque
-    return angle, asked
+    return angle, commanded
 
 
 def log(folder: Path, seed: int, number: int, limit: float) -> Path:
     """One pass as a file, with noise of its own; the report is the command."""
-    angle, asked = pushed(seed, limit)
+    angle, commanded = pushed(seed, limit)
     rng = np.random.default_rng([seed, number])
     seen = angle + 1e-6 * rng.standard_normal(len(angle))
     # a torque that is held acts half a sample later than its stamp
-    told = asked + 0.01 * rng.standard_normal(len(angle))
+    reported = commanded + 0.01 * rng.standard_normal(len(angle))
     clock = TS * (np.arange(len(angle)) + 0.5)
-    rows = np.stack([clock, np.interp(clock, clock - TS / 2, seen), told, asked], axis=1)[:-1]
+    rows = np.stack([clock, np.interp(clock, clock - TS / 2, seen), reported, commanded], axis=1)[
+        :-1
+    ]
     head = f"# trajectory: {seed}\n# pass: {number}\n"
     head += "time,theta[1],tau_meas[1],tau[1]\ns,rad,N m,N m\n"
     path = folder / f"{seed}{number}.csv"
@@ -71,11 +73,11 @@ def test_limit_is_named_where_the_motion_shows_it(
 ) -> None:
     assert SHARP is not None
     paths = [log(tmp_path, seed, number, limit) for seed in (1, 2) for number in (1, 2)]
-    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
+    base, run_set, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
-    made, _, _ = fitted(base, asked.runs)
+    model, _, _ = fitted(base, run_set.runs)
     effects = {**library(), SHARP.id: SHARP}
-    selection = select(Bench(made, compiled(1, effects, made.base.holds)))
+    selection = select(Bench(model, compiled(1, effects, model.base.holds)))
     assert names(selection) == named
     for accepted in selection.accepted:
         hypothesis: Any = accepted.score.hypothesis
@@ -117,5 +119,5 @@ def test_weight_is_no_limit(tmp_path: Path) -> None:
         for seed in (1, 2, 3)
         for number in (1, 2)
     ]
-    found = diagnose(paths[:4], paths[4:], options=Options(base="axis"))
-    assert [effect.id for effect in found.effects] == ["coulomb_friction"]
+    diagnosis = diagnose(paths[:4], paths[4:], options=Options(base="axis"))
+    assert [effect.id for effect in diagnosis.effects] == ["coulomb_friction"]

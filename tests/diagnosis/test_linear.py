@@ -42,9 +42,9 @@ def said(
     return diagnose(paths[:4], paths[4:], options=options)
 
 
-def names(found: Diagnosis) -> tuple[object, ...]:
+def names(diagnosis: Diagnosis) -> tuple[object, ...]:
     """What an answer says, without its numbers."""
-    return found.verdict, [(e.id, e.axes, e.rivals) for e in found.effects]
+    return diagnosis.verdict, [(e.id, e.axes, e.rivals) for e in diagnosis.effects]
 
 
 @slides
@@ -109,28 +109,28 @@ def test_a_machine_of_both_kinds_has_the_units_of_each_axis(tmp_path: Path) -> N
     units = "rad, mm", "N m, kN"
     paths = write(tmp_path / "runs", units, (FRICTION, 0.0), (0.0, COGGING))
     options = Options(base="axis")
-    found = diagnose(paths[:4], paths[4:], options=options)
+    diagnosis = diagnose(paths[:4], paths[4:], options=options)
     units_of = {
         (e.id, e.axes): {name: value.unit for name, value in e.parameters.items()}
-        for e in found.effects
+        for e in diagnosis.effects
     }
     assert units_of == {
         ("coulomb_friction", (1,)): {"F_c": "N m", "s_0": "rad"},
         ("cogging_harmonic", (2,)): {"a": "N", "b": "N", "order": "1/m"},
     }
-    data = found.data()["residual"]
+    data = diagnosis.data()["residual"]
     assert (data["unit"], data["before"]) == (None, None)
     assert [data["per_axis"][axis]["unit"] for axis in "12"] == ["N m", "N"]
-    assert "[" not in residual_title(found.residual)
-    assert [row[0] for row in residual_rows(found)] == ["1 [N m]", "2 [N]"]
-    assert {row[4] for row in effect_rows(found)} == {"N m", "rad", "N", "1/m"}
-    assert verdict(found)
+    assert "[" not in residual_title(diagnosis.residual)
+    assert [row[0] for row in residual_rows(diagnosis)] == ["1 [N m]", "2 [N]"]
+    assert {row[4] for row in effect_rows(diagnosis)} == {"N m", "rad", "N", "1/m"}
+    assert verdict(diagnosis)
 
 
 def test_terms_of_a_slide_are_those_of_a_mass() -> None:
     """Along a line gravity is the same everywhere: no sine of a length."""
     paths = write(Path(mkdtemp()) / "runs", SLIDES)
-    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
+    base, run_set, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
     assert {k.name: k.unit for k in base.linear} == {
         "o[1]": "N",
@@ -138,9 +138,9 @@ def test_terms_of_a_slide_are_those_of_a_mass() -> None:
         "d[1]": "N s/m",
         "k[1]": "N/m",
     }
-    made, _, _ = fitted(base, asked.runs)
+    model, _, _ = fitted(base, run_set.runs)
     spring = [k.name for k in base.linear].index("k[1]")
-    assert made.fitted.p[spring] == pytest.approx(SPRING, rel=0.01)
+    assert model.fitted.p[spring] == pytest.approx(SPRING, rel=0.01)
 
 
 def test_a_slide_is_refused_by_a_model_that_turns(tmp_path: Path) -> None:

@@ -20,11 +20,11 @@ COGGING, ORDER = 0.05, 100.0
 
 def left(paths: list[Path]) -> dict[str, Map]:
     """Maps of the residual of a fit without any effect, by quantity."""
-    base, asked, _ = run_set_of(paths, [], None, Options("axis"))
-    made, _, _ = fitted(base, asked.runs)
-    bench = Bench(made, ())
-    held: Any = SimpleNamespace(bench=bench, residual=made.residual(made.regression.q))
-    return {one.over: one for one in maps(held)}
+    base, run_set, _ = run_set_of(paths, [], None, Options("axis"))
+    model, _, _ = fitted(base, run_set.runs)
+    bench = Bench(model, ())
+    fit: Any = SimpleNamespace(bench=bench, residual=model.residual(model.regression.q))
+    return {one.over: one for one in maps(fit)}
 
 
 def test_cogging_of_a_high_order_is_seen_over_the_angle(tmp_path: Path) -> None:
@@ -35,10 +35,10 @@ def test_cogging_of_a_high_order_is_seen_over_the_angle(tmp_path: Path) -> None:
         extra = COGGING * np.sin(ORDER * theta)
         for number in (1, 2):
             paths.append(write(tmp_path / f"{seed}{number}.csv", seed, number, 0.0, extra=extra))
-    found = left(paths)
-    angle = found["angle"]
+    drawn = left(paths)
+    angle = drawn["angle"]
     assert BINS < len(angle.centre) <= FINEST
-    assert len(found["velocity"].centre) <= BINS
+    assert len(drawn["velocity"].centre) <= BINS
     rows = np.diff(angle.centre)
     assert np.median(rows) * ORDER < 1.0, "six bins a wave or more"
     # what the smoothing of the torque leaves of it, and noise that the mean of a bin takes away
@@ -51,5 +51,5 @@ def test_cogging_of_a_high_order_is_seen_over_the_angle(tmp_path: Path) -> None:
 def test_few_rows_make_no_finer_bins(tmp_path: Path) -> None:
     """Of 700 rows, 240 bins would hold three each, and most would not be shown."""
     paths = [write(tmp_path / f"{n}.csv", 3, n, 0.1, seconds=4.0) for n in (1, 2)]
-    found = left(paths)
-    assert BINS / 2 < len(found["angle"].centre) <= BINS
+    drawn = left(paths)
+    assert BINS / 2 < len(drawn["angle"].centre) <= BINS

@@ -18,8 +18,8 @@ def swept(share: float) -> Any:
     """Rows of one axis; this share of them is slow [0.5 rad/s], the others are fast [20 rad/s]."""
     angle = np.linspace(0.0, STROKE, 8000)
     rate = np.where(np.arange(len(angle)) < share * len(angle), 0.5, 20.0)
-    made = SimpleNamespace(base=SimpleNamespace(window=WINDOW))
-    return SimpleNamespace(model=made, angles=angle[:, None], rates=rate[:, None])
+    model = SimpleNamespace(base=SimpleNamespace(window=WINDOW))
+    return SimpleNamespace(model=model, angles=angle[:, None], rates=rate[:, None])
 
 
 @pytest.mark.parametrize(

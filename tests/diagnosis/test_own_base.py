@@ -38,9 +38,9 @@ def log() -> Log:
 
 def written(folder: Path, seed: int, number: int, friction: float) -> Path:
     """A pass of a motion of the arm, with Coulomb friction on its second axis."""
-    found = run(seed, number, 0.0, (0.0, 0.0))
-    found["tau_meas"][:, 1] += friction * np.sign(moved(found["time"], seed)[1][:, 1])
-    rows = np.column_stack([found["time"], found["theta"], found["tau_meas"]])
+    logged = run(seed, number, 0.0, (0.0, 0.0))
+    logged["tau_meas"][:, 1] += friction * np.sign(moved(logged["time"], seed)[1][:, 1])
+    rows = np.column_stack([logged["time"], logged["theta"], logged["tau_meas"]])
     path = folder / f"{seed}_{number}.csv"
     with path.open("w") as file:
         file.write(f"# trajectory: {seed}\n# pass: {number}\n{HEAD}")
@@ -67,8 +67,8 @@ def test_example_has_the_torques_of_the_textbook() -> None:
 
 
 def test_example_finds_hidden_friction(tmp_path: Path) -> None:
-    found = diagnosed(tmp_path, FRICTION)
-    (effect,) = [e for e in found.effects if 2 in e.axes]
+    diagnosis = diagnosed(tmp_path, FRICTION)
+    (effect,) = [e for e in diagnosis.effects if 2 in e.axes]
     assert effect.id == "coulomb_friction"
     # near standstill noise of the angles of 2 urad blurs the sign of the rate
     assert_close(effect.parameters["F_c"].value, FRICTION, atol=0.005)

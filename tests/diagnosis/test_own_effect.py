@@ -52,9 +52,9 @@ def diagnosed(folder: Path, hidden: float, *effects: str) -> Diagnosis:
 
 
 def test_example_is_named_with_its_size_and_shape(tmp_path: Path) -> None:
-    found = diagnosed(tmp_path, 1.0, f"{EXAMPLE}:GasSpring")
-    assert [effect.id for effect in found.effects] == ["gas_spring"]
-    (effect,) = found.effects
+    diagnosis = diagnosed(tmp_path, 1.0, f"{EXAMPLE}:GasSpring")
+    assert [effect.id for effect in diagnosis.effects] == ["gas_spring"]
+    (effect,) = diagnosis.effects
     # within the short stroke one wave of an angle looks much alike
     assert set(effect.rivals) <= {"cogging_harmonic"}
     for name, value in (("F", FORCE), ("ratio", RATIO)):
@@ -122,8 +122,8 @@ def test_columns_have_all_axes_and_one_gain_may_be_flat(tmp_path: Path) -> None:
     file.write_text(FEW.format("pass", "", "axis.others[1].theta * axis.thetad"))
     effect = own_effects([f"{file}:Mine"])["mine"]
     signals = np.random.default_rng(1).standard_normal((5, 18))  # the axis, then both
-    (found,) = effect.along(signals, np.zeros((5, 1)), np.zeros((5, 1)))
-    assert_close(found, (signals[:, 12] * signals[:, 1])[:, None], atol=0.0)
+    (columns,) = effect.along(signals, np.zeros((5, 1)), np.zeros((5, 1)))
+    assert_close(columns, (signals[:, 12] * signals[:, 1])[:, None], atol=0.0)
 
 
 def test_values_to_try_are_taken_as_they_stand(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
 from tests.diagnosis.two_links import TS, moved, torque
-from tests.diagnosis.two_links import run as made
+from tests.diagnosis.two_links import run as logged
 
 Array = NDArray[np.float64]
 Change = Callable[[Array], Array]
@@ -62,7 +62,7 @@ WRONG: dict[str, tuple[Change, Change]] = {
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_wrong_arrangement_is_told_with_the_right_one(text: str) -> None:
+def test_wrong_arrangement_is_reported_with_the_right_one(text: str) -> None:
     assert text in mispaired(base(), runs(*WRONG[text]))
 
 
@@ -92,8 +92,8 @@ def test_samples_that_are_not_valid_are_no_reason() -> None:
 def test_diagnosis_ends_with_what_is_wrong(tmp_path: Path) -> None:
     paths = []
     for seed, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
-        found = made(seed, number, 0.0, (0.0, 0.0))
-        rows = np.column_stack([found["time"], found["theta"], found["tau_meas"] * SECOND])
+        log = logged(seed, number, 0.0, (0.0, 0.0))
+        rows = np.column_stack([log["time"], log["theta"], log["tau_meas"] * SECOND])
         paths.append(tmp_path / f"{seed}_{number}.csv")
         head = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"
         np.savetxt(paths[-1], rows, delimiter=",", header=head, comments="")
@@ -102,12 +102,12 @@ def test_diagnosis_ends_with_what_is_wrong(tmp_path: Path) -> None:
     assert "the torque of axis 2 negated" in answer.notes[-1]
 
 
-def test_torques_of_motors_before_their_gears_are_told_with_the_factor() -> None:
+def test_torques_of_motors_before_their_gears_are_reported_with_the_factor() -> None:
     said = mispaired(base(), runs(same, lambda v: v * np.array([1.0, 1 / 50])))
     assert "with the torque of axis 2 times 50 (a current, or a gear?)" in said
 
 
-def test_angles_exchanged_alone_are_told() -> None:
+def test_angles_exchanged_alone_are_reported() -> None:
     said = mispaired(base(), runs(lambda v: v[:, ::-1], same))
     assert "with the angles of axes 1 and 2 exchanged" in said
 
@@ -126,17 +126,17 @@ def test_arrangement_that_takes_the_torques_to_nothing_is_no_remedy() -> None:
 def test_axis_whose_torque_never_changes_is_named(tmp_path: Path) -> None:
     paths = []
     for seed in (1, 2):
-        run = made(seed, 1, 0.0, (0.0, 0.0))
+        run = logged(seed, 1, 0.0, (0.0, 0.0))
         rows = np.column_stack([run["time"], run["theta"], run["tau_meas"] * (1.0, 0.0)])
         names = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"
         paths.append(tmp_path / f"{seed}.csv")
         np.savetxt(paths[-1], rows, delimiter=",", header=names, comments="", fmt="%.9g")
-    found = diagnose(paths, options=Options(EXAMPLE))
-    assert found.verdict == "cannot tell"
-    assert found.notes[0].startswith("the torque of axis 2 is the same number all the time")
+    diagnosis = diagnose(paths, options=Options(EXAMPLE))
+    assert diagnosis.verdict == "cannot tell"
+    assert diagnosis.notes[0].startswith("the torque of axis 2 is the same number all the time")
 
 
-def test_times_that_are_wrong_are_not_told_as_degrees() -> None:
+def test_times_that_are_wrong_are_not_reported_as_degrees() -> None:
     """Three times too fast, the torques calculated are far too large; angles in degrees would make
     next to none of them."""
     listed = []

@@ -70,10 +70,10 @@ def test_payload_on_some_passes_is_found_with_its_runs(
     heavy: tuple[int, ...], tmp_path: Path
 ) -> None:
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k in heavy))
-    found = answer(paths)
-    assert found.verdict == "changed"
-    assert not found.effects
-    changed = {change.parameter: change for change in found.changed}
+    diagnosis = answer(paths)
+    assert diagnosis.verdict == "changed"
+    assert not diagnosis.effects
+    changed = {change.parameter: change for change in diagnosis.changed}
     inertia, weight = changed["payload.J[1]"], changed["payload.g_s[1]"]
     assert within(inertia, MASS * ARM**2)
     assert within(weight, MASS * 9.81 * ARM)
@@ -87,8 +87,8 @@ def test_payload_that_keeps_the_base_model_from_fitting_is_sought_alone(
     heavy: bool, tmp_path: Path
 ) -> None:
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (heavy and k > 2))
-    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
-    bench = Bench(fitted(base, asked.runs)[0], ())
+    base, run_set, _ = run_set_of(paths, [], None, Options(base="axis"))
+    bench = Bench(fitted(base, run_set.runs)[0], ())
     assert bool(carrying(bench).model.loads) == heavy
 
 
@@ -104,10 +104,10 @@ def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
         cogging = 0.01 * RMS * np.sin(53.0 * moved(CLOCK, motion)[0] + 0.4)
         return np.asarray(cogging + carried(motion) * (number > 2))
 
-    found = answer(on_axis(tmp_path, both))
-    assert [effect.id for effect in found.effects] == ["cogging_harmonic"]
-    assert found.effects[0].parameters["order"].value == pytest.approx(53.0, abs=0.3)
-    assert within(found.changed[0], MASS * ARM**2)
+    diagnosis = answer(on_axis(tmp_path, both))
+    assert [effect.id for effect in diagnosis.effects] == ["cogging_harmonic"]
+    assert diagnosis.effects[0].parameters["order"].value == pytest.approx(53.0, abs=0.3)
+    assert within(diagnosis.changed[0], MASS * ARM**2)
 
 
 @several
@@ -123,20 +123,20 @@ def test_two_payloads_are_two(tmp_path: Path) -> None:
     """Whichever way they are told: by what is beyond the lightest, or by what is added."""
     sizes = {1: 0.0, 2: 0.0, 3: 1.0, 4: 1.6}
     paths = on_axis(tmp_path, lambda motion, k: sizes[k] * carried(motion))
-    found = [c for c in answer(paths).changed if c.parameter.endswith(".J[1]")]
-    assert len(found) == 2
+    diagnosis = [c for c in answer(paths).changed if c.parameter.endswith(".J[1]")]
+    assert len(diagnosis) == 2
     for path in paths:
-        carried_there = sum(c.estimate.value for c in found if str(path) in c.runs)
+        carried_there = sum(c.estimate.value for c in diagnosis if str(path) in c.runs)
         wanted_there = sizes[int(path.stem[1])] * MASS * ARM**2
         assert carried_there == pytest.approx(wanted_there, abs=0.02 * MASS * ARM**2)
 
 
 @several
-def test_three_levels_at_even_distances_are_told_apart(tmp_path: Path) -> None:
+def test_three_levels_at_even_distances_are_distinguished(tmp_path: Path) -> None:
     """No cut in two stands out among them."""
     sizes = {1: 0.0, 2: 1.0, 3: 1.0, 4: 2.0}
-    found = answer(on_axis(tmp_path, lambda motion, k: sizes[k] * carried(motion)))
-    first, second = (c for c in found.changed if c.parameter.endswith(".J[1]"))
+    diagnosis = answer(on_axis(tmp_path, lambda motion, k: sizes[k] * carried(motion)))
+    first, second = (c for c in diagnosis.changed if c.parameter.endswith(".J[1]"))
     assert (len(first.runs), len(second.runs)) == (6, 3)
     assert within(first, MASS * ARM**2)
     assert within(second, 2 * MASS * ARM**2)
@@ -161,9 +161,9 @@ def test_partitions_are_counted() -> None:
 def test_announced_payload_is_no_effect(tmp_path: Path) -> None:
     """An axis knows nothing of it, whatever the head says."""
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), {3: "0.4", 4: "0.4"})
-    found = answer(paths)
-    assert found.verdict == "none"
-    assert not found.changed
+    diagnosis = answer(paths)
+    assert diagnosis.verdict == "none"
+    assert not diagnosis.changed
 
 
 @several
@@ -180,15 +180,18 @@ def test_groups_that_differ_in_payload_are_one_trajectory(light: str, tmp_path: 
     """Left out together; passes of one load are each other's partners."""
     heads = {1: light, 2: light, 3: "0.4", 4: "0.4"}
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), heads, 2)
-    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
-    made, _, _ = fitted(base, asked.runs)
-    assert len(np.unique(made.layout.fold)) == 2
+    base, run_set, _ = run_set_of(paths, [], None, Options(base="axis"))
+    model, _, _ = fitted(base, run_set.runs)
+    assert len(np.unique(model.layout.fold)) == 2
     loads = np.concatenate(
-        [np.full(kept.sum(), b.run.payload) for b, kept in zip(made.blocks, made.kept, strict=True)]
+        [
+            np.full(kept.sum(), b.run.payload)
+            for b, kept in zip(model.blocks, model.kept, strict=True)
+        ]
     )
     assert set(loads) == {0.0, 0.4}
-    np.testing.assert_array_equal(loads[made.layout.partner], loads)
-    assert (made.layout.partner != np.arange(len(loads))).mean() > 0.99
+    np.testing.assert_array_equal(loads[model.layout.partner], loads)
+    assert (model.layout.partner != np.arange(len(loads))).mean() > 0.99
 
 
 @pytest.mark.parametrize("heavy", [False, True])
@@ -197,16 +200,16 @@ def test_feedback_answers_noise_beside_a_payload_that_leaves_no_repeats(
 ) -> None:
     """Noise that moves the joints would be named."""
     paths = [p for p in on_axis(tmp_path, lambda motion, k: 0.0) if p.stem[1] in "12"]
-    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
-    runs = [replace(run, loads=int(heavy and k % 2)) for k, run in enumerate(asked.runs)]
-    made, _, _ = fitted(base, runs)
-    assert bool(noisy(Rows.of(made))) == heavy
+    base, run_set, _ = run_set_of(paths, [], None, Options(base="axis"))
+    runs = [replace(run, loads=int(heavy and k % 2)) for k, run in enumerate(run_set.runs)]
+    model, _, _ = fitted(base, runs)
+    assert bool(noisy(Rows.of(model))) == heavy
 
 
 @several
 def test_held_out_runs_carry_what_suits_them(tmp_path: Path) -> None:
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), motions=3)
-    found = answer(paths[:8], paths[8:])
-    residual = found.residual.held_out
+    diagnosis = answer(paths[:8], paths[8:])
+    residual = diagnosis.residual.held_out
     assert residual["after"][0] == pytest.approx(residual["non_repeatable"][0], rel=0.05)
     assert residual["nominal"][0] > 10 * residual["after"][0]

@@ -10,7 +10,7 @@ from flexhex.diagnosis.basemodels import bases
 from flexhex.diagnosis.basemodels.arm import RigidArmBase
 from flexhex.diagnosis.basemodels.serial import Arm, Link
 from tests.diagnosis import two_links
-from tests.diagnosis.made import plain_csv
+from tests.diagnosis.synthetic import plain_csv
 from tests.diagnosis.test_payloads import answer, several, within
 
 LOAD, PLACE = 0.8, (0.31, 0.07)
@@ -38,16 +38,16 @@ def planar(monkeypatch: pytest.MonkeyPatch) -> str:
         Link((two_links.L1, 0.0, 0.0), (0.0, 0.0, 0.0), 1.93, (0.153, 0.0, 0.0)),
     )
     arm = Arm(links, (0.0, -two_links.G, 0.0), 0.1)
-    made = {**bases.BASES, "planar": lambda file, log: RigidArmBase(arm, log["theta"].ts)}
-    monkeypatch.setattr(bases, "BASES", made)
+    table = {**bases.BASES, "planar": lambda file, log: RigidArmBase(arm, log["theta"].ts)}
+    monkeypatch.setattr(bases, "BASES", table)
     return "planar"
 
 
 @several
 def test_payload_of_an_arm_has_mass_and_centre(planar: str, tmp_path: Path) -> None:
-    found = answer(arm_logs(tmp_path), base=planar)
-    assert not found.effects
-    changed = {c.parameter: c for c in found.changed if c.parameter.startswith("payload")}
+    diagnosis = answer(arm_logs(tmp_path), base=planar)
+    assert not diagnosis.effects
+    changed = {c.parameter: c for c in diagnosis.changed if c.parameter.startswith("payload")}
     assert within(changed["payload"], LOAD)
     assert within(changed["payload.c_x"], PLACE[0])
     assert within(changed["payload.c_y"], PLACE[1])
@@ -57,6 +57,6 @@ def test_payload_of_an_arm_has_mass_and_centre(planar: str, tmp_path: Path) -> N
 @several
 @pytest.mark.parametrize("said", ["0.8", "0.824"], ids=["right", "3 % off"])
 def test_announced_payload_of_an_arm_is_no_effect(said: str, planar: str, tmp_path: Path) -> None:
-    found = answer(arm_logs(tmp_path, said), base=planar)
-    assert not found.effects
-    assert not [c for c in found.changed if c.parameter.startswith("payload")]
+    diagnosis = answer(arm_logs(tmp_path, said), base=planar)
+    assert not diagnosis.effects
+    assert not [c for c in diagnosis.changed if c.parameter.startswith("payload")]

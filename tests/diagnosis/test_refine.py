@@ -22,9 +22,9 @@ T = TS * np.arange(round(SECONDS / TS))
 def test_peaks_are_higher_than_their_neighbours() -> None:
     heights = {(0.0, 0.0): 5.0, (1.0, 0.0): 4.0, (3.0, 2.0): 7.0, (2.0, 2.0): 6.0, (0.0, 2.0): 1.0}
     evidence = np.array([heights.get((shape["a"], shape["b"]), 0.0) for shape in GRID])
-    found = [GRID[k] for k in peaks(GRID, evidence)]
+    listed = [GRID[k] for k in peaks(GRID, evidence)]
     # the one at (0, 2) is too low
-    assert found == [{"a": 3.0, "b": 2.0}, {"a": 0.0, "b": 0.0}]
+    assert listed == [{"a": 3.0, "b": 2.0}, {"a": 0.0, "b": 0.0}]
 
 
 def test_a_flat_grid_has_one_start() -> None:
@@ -44,8 +44,8 @@ def test_corner_is_found_though_the_grid_favours_a_gradual_form(tmp_path: Path) 
             reported = torque + lost
         path = tmp_path / f"{seed}{number}.csv"
         paths.append(write(path, seed, number, 0.0, extra=reported - torque))
-    found = diagnose(paths[:4], paths[4:], options=Options(base="axis"))
-    (effect,) = found.effects
+    diagnosis = diagnose(paths[:4], paths[4:], options=Options(base="axis"))
+    (effect,) = diagnosis.effects
     assert (effect.id, effect.rivals) == ("torque_constant_saturation", ())
     assert effect.parameters["tau_k"].value == pytest.approx(CORNER, rel=0.1)
     assert effect.parameters["s"].value == pytest.approx(LOSS, rel=0.15)

@@ -34,11 +34,11 @@ def noisy_motion(seed: int) -> Regression:
 
 
 def test_products_between_passes_leave_no_bias_of_noisy_columns() -> None:
-    found = noisy_motion(1)
+    result = noisy_motion(1)
     # 8000 rows, noise 0.64 beside columns of one: a deviation of 0.64 / sqrt(4000) = 0.01
-    assert found.q == pytest.approx([2.0, -1.0], abs=0.04)
+    assert result.q == pytest.approx([2.0, -1.0], abs=0.04)
     # within passes a column of variance 1.25 passes on 1 / 1.25 of its gain
-    within = replace(found, layout=alone(found.layout))
+    within = replace(result, layout=alone(result.layout))
     assert within.q == pytest.approx([1.6, -0.8], abs=0.04)
 
 
@@ -47,12 +47,12 @@ def test_gain_of_an_effect_is_as_unbiased_as_the_base() -> None:
     rng = np.random.default_rng([2, 3])
     shared = signals(rows, 1, 3)
     seen = shared + 0.5 * rng.standard_normal(shared.shape)
-    made = regression(rows)
-    made = replace(made, y=made.y + 1.5 * shared[:, 0])
-    found = made.gain(Columns(0, seen))
-    assert found.beta == pytest.approx([1.5], abs=0.06)
-    assert abs(found.beta[0] - 1.5) < 3 * np.sqrt(found.covariance[0, 0])
-    within = replace(made, layout=alone(rows)).gain(Columns(0, seen))
+    fitted = regression(rows)
+    fitted = replace(fitted, y=fitted.y + 1.5 * shared[:, 0])
+    gain = fitted.gain(Columns(0, seen))
+    assert gain.beta == pytest.approx([1.5], abs=0.06)
+    assert abs(gain.beta[0] - 1.5) < 3 * np.sqrt(gain.covariance[0, 0])
+    within = replace(fitted, layout=alone(rows)).gain(Columns(0, seen))
     assert within.beta == pytest.approx([1.2], abs=0.06)
 
 
@@ -60,76 +60,76 @@ def test_gain_of_an_effect_is_as_unbiased_as_the_base() -> None:
 @pytest.mark.parametrize("axis", [0, 1, None])
 def test_falls_are_those_of_each_candidate_alone(axis: int | None, passes: int) -> None:
     rows = layout(2, passes)
-    made = regression(rows, nb=4, prior=0.5)
+    fitted = regression(rows, nb=4, prior=0.5)
     C = signals(rows, 6, 5)[rows.rows(axis)]
-    found = made.falls(axis, C, 2)
+    falls = fitted.falls(axis, C, 2)
     for at in range(3):
         part = Columns(axis, C[:, 2 * at : 2 * at + 2])
-        assert found[at] == pytest.approx(made.fall(part)[0], rel=1e-9)
+        assert falls[at] == pytest.approx(fitted.fall(part)[0], rel=1e-9)
 
 
 def test_columns_that_hardly_repeat_fall_by_nothing() -> None:
     """A chance product of two passes, however large, is no fall; one that repeats is."""
     rows = layout(instants=100)
-    made = regression(rows)
-    once = 1e-3 * signals(rows, 1, 5) + np.random.default_rng(6).standard_normal((len(made.y), 1))
-    assert made.fall(Columns(0, once))[0] != 0.0
-    assert made.falls(0, np.hstack([once, signals(rows, 1, 5)]), 1)[0] == 0.0
-    assert made.falls(0, signals(rows, 1, 5), 1)[0] > 0.0
+    fitted = regression(rows)
+    once = 1e-3 * signals(rows, 1, 5) + np.random.default_rng(6).standard_normal((len(fitted.y), 1))
+    assert fitted.fall(Columns(0, once))[0] != 0.0
+    assert fitted.falls(0, np.hstack([once, signals(rows, 1, 5)]), 1)[0] == 0.0
+    assert fitted.falls(0, signals(rows, 1, 5), 1)[0] > 0.0
 
 
 @pytest.mark.parametrize("prior", [0.0, 40.0])
 def test_fall_without_repeats_is_that_of_least_squares(prior: float) -> None:
-    made = regression(alone(layout(2)), nb=4, prior=prior)
-    C = np.random.default_rng(6).standard_normal((len(made.y) // 2, 2))
+    fitted = regression(alone(layout(2)), nb=4, prior=prior)
+    C = np.random.default_rng(6).standard_normal((len(fitted.y) // 2, 2))
     full = np.vstack([np.zeros_like(C), C])
-    both = np.hstack([whole(made), full])
-    before = squares(made.y, whole(made), made.prior)
-    after = squares(made.y, both, np.append(made.prior, [0.0, 0.0]))
-    fall, beta = made.fall(Columns(1, C))
+    both = np.hstack([whole(fitted), full])
+    before = squares(fitted.y, whole(fitted), fitted.prior)
+    after = squares(fitted.y, both, np.append(fitted.prior, [0.0, 0.0]))
+    fall, beta = fitted.fall(Columns(1, C))
     # a ridge of 1e-9 keeps absorbed columns from dividing by zero
     assert fall == pytest.approx(before - after, rel=1e-6)
-    assert made.extended([Columns(1, C)]).q[-2:] == pytest.approx(beta, rel=1e-6)
+    assert fitted.extended([Columns(1, C)]).q[-2:] == pytest.approx(beta, rel=1e-6)
 
 
 def test_column_that_the_base_explains_gains_nothing() -> None:
-    made = regression(layout())
-    made = replace(made, y=made.y + 5 * whole(made)[:, 0])
-    fall, _ = made.fall(Columns(0, whole(made)[:, :1] - 2 * whole(made)[:, 1:2]))
+    fitted = regression(layout())
+    fitted = replace(fitted, y=fitted.y + 5 * whole(fitted)[:, 0])
+    fall, _ = fitted.fall(Columns(0, whole(fitted)[:, :1] - 2 * whole(fitted)[:, 1:2]))
     assert abs(fall) < 1e-3
 
 
 def test_hair_that_the_base_leaves_of_a_column_gains_nothing() -> None:
     """1e-8 of the square of a column is rounding of its motion, however well it fits."""
-    made, other = regression(layout()), signals(layout(), 1, 77)
-    made = replace(made, y=made.y + 3 * other[:, 0])
-    assert made.fall(Columns(0, whole(made)[:, :1] + 1e-4 * other))[0] < 1.0
-    assert made.fall(Columns(0, whole(made)[:, :1] + 1e-2 * other))[0] > 1e4
+    fitted, other = regression(layout()), signals(layout(), 1, 77)
+    fitted = replace(fitted, y=fitted.y + 3 * other[:, 0])
+    assert fitted.fall(Columns(0, whole(fitted)[:, :1] + 1e-4 * other))[0] < 1.0
+    assert fitted.fall(Columns(0, whole(fitted)[:, :1] + 1e-2 * other))[0] > 1e4
 
 
-def p_value(made: Regression, columns: Columns) -> float:
+def p_value(fitted: Regression, columns: Columns) -> float:
     """Of all gains being zero, by their covariance: Wald's test, a degree for each cluster."""
-    gain = made.gain(columns)
+    gain = fitted.gain(columns)
     k = len(gain.beta)
     wald = float(gain.beta @ np.linalg.solve(gain.covariance, gain.beta)) / k
-    return float(f.sf(wald, k, made.clusters - 1 - k))
+    return float(f.sf(wald, k, fitted.clusters - 1 - k))
 
 
 def p_values(clustered: float, correlated: bool, count: int = 400) -> Array:
     """p of random candidates where nothing is hidden; clustered: size of what a cluster shares."""
-    rows, found = layout(), []
+    rows, listed = layout(), []
     for seed in range(count):
         rng = np.random.default_rng([11, seed])
-        made = regression(rows, seed=seed)
+        fitted = regression(rows, seed=seed)
         # each pass has noise of its own, but for a cluster of it the same
         group = np.arange(len(rows.axis)) // CLUSTER
         shared = rng.standard_normal(group.max() + 1)[group]
         C = rng.standard_normal((rows.cluster.max() + 1, 2))[rows.cluster]
         if not correlated:
             C = signals(rows, 2, seed + 1000)
-        noise = made.y + clustered * shared
-        found.append(p_value(replace(made, y=noise), Columns(0, C)))
-    return np.array(found)
+        noise = fitted.y + clustered * shared
+        listed.append(p_value(replace(fitted, y=noise), Columns(0, C)))
+    return np.array(listed)
 
 
 @pytest.mark.parametrize(("clustered", "correlated"), [(0.0, False), (1.0, True)])
@@ -149,31 +149,31 @@ def test_wald_test_without_clusters_would_not_be(monkeypatch: pytest.MonkeyPatch
     """The check above can fail: rows taken as independent say `certain` far too often."""
     rows = layout()
     single = replace(rows, cluster=np.arange(len(rows.axis)))
-    found = []
+    listed = []
     for seed in range(100):
         rng = np.random.default_rng([11, seed])
-        made = regression(single, seed=seed)
+        fitted = regression(single, seed=seed)
         shared = rng.standard_normal(len(rows.axis) // CLUSTER)[
             np.arange(len(rows.axis)) // CLUSTER
         ]
         C = rng.standard_normal((rows.cluster.max() + 1, 2))[rows.cluster]
-        found.append(p_value(replace(made, y=made.y + shared), Columns(0, C)))
-    assert np.mean(np.array(found) < 0.05) > 0.2
+        listed.append(p_value(replace(fitted, y=fitted.y + shared), Columns(0, C)))
+    assert np.mean(np.array(listed) < 0.05) > 0.2
 
 
 def test_parameters_without_data_stay_where_they_are() -> None:
     rows = layout()
     B = signals(rows, 2, 1)
     B[:, 1] = 0.0
-    made = Regression(B[:, 0] * 3.0, design(B, rows), np.zeros(2), rows)
-    assert made.q == pytest.approx([3.0, 0.0], abs=1e-6)
+    fitted = Regression(B[:, 0] * 3.0, design(B, rows), np.zeros(2), rows)
+    assert fitted.q == pytest.approx([3.0, 0.0], abs=1e-6)
 
 
 def test_strain_is_what_tolerances_are_left_by() -> None:
     rows = layout()
     B = signals(rows, 2, 1)
-    made = Regression(B @ np.array([3.0, 0.0]), design(B, rows), np.ones(2), rows)
-    assert made.strain == pytest.approx(9.0, rel=0.01)
+    fitted = Regression(B @ np.array([3.0, 0.0]), design(B, rows), np.ones(2), rows)
+    assert fitted.strain == pytest.approx(9.0, rel=0.01)
 
 
 def test_drift_is_found_beside_base_columns_with_noise() -> None:
@@ -186,18 +186,18 @@ def test_drift_is_found_beside_base_columns_with_noise() -> None:
     B = whole(exact)
     noisy = B + 0.5 * rng.standard_normal(B.shape)
     drift = rng.standard_normal((len(exact.y), 1)) + 0.5 * B
-    made = replace(
+    variant = replace(
         exact,
         y=exact.y + 2.0 * B[:, 0] + 0.3 * drift[:, 0],
         B=design(noisy, exact.layout),
     )
-    gain = replace(made, drifting=True).gain(Columns(None, drift))
+    gain = replace(variant, drifting=True).gain(Columns(None, drift))
     spread = float(np.sqrt(gain.covariance[0, 0]))
     assert gain.beta[0] == pytest.approx(0.3, abs=4 * spread)
-    both = replace(made, drifting=True).extended([Columns(None, drift)])
+    both = replace(variant, drifting=True).extended([Columns(None, drift)])
     assert both.q[0] == pytest.approx(true, rel=0.1)
     assert both.q[1] == pytest.approx(0.3, abs=4 * spread)
     # its square is its own, not that between passes
     assert both.gram[0][1, 1] == pytest.approx(float(drift[:, 0] @ drift[:, 0]))
     # between passes such a column does not repeat
-    assert replace(made, drifting=False).falls(None, drift - 0.5 * B, 1)[0] == 0.0
+    assert replace(variant, drifting=False).falls(None, drift - 0.5 * B, 1)[0] == 0.0

@@ -19,7 +19,7 @@ def residual(repeats: float) -> Residual:
     )
 
 
-def test_offset_of_whole_runs_is_told_where_it_is_more_than_noise() -> None:
+def test_offset_of_whole_runs_is_reported_where_it_is_more_than_noise() -> None:
     (text,) = slow(residual(repeats=0.5), {0: 0.3, 1: 0.0})
     assert text.startswith("axis 1: an offset or slope of whole runs is left, 0.4 N m")
     assert not slow(residual(repeats=0.5), {0: 0.5, 1: 0.0}), "all of it is found by the search"

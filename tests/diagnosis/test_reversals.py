@@ -65,11 +65,11 @@ def test_turns_are_placed_between_samples() -> None:
     step, pace = 0.05, 2 * np.pi / 2.17
     t = np.arange(0.0, 40.0, step)
     angle = 0.1 * np.sin(pace * t)[:, None]
-    found = turning(angle, np.zeros(1))[:, 0]
+    lateness = turning(angle, np.zeros(1))[:, 0]
     true = np.arange(0.5, t[-1] * pace / np.pi, 1.0) * np.pi / pace / step
-    places = np.flatnonzero(found)
+    places = np.flatnonzero(lateness)
     assert len(places) == len(true)
-    np.testing.assert_allclose(places + found[places], true, atol=0.01)
+    np.testing.assert_allclose(places + lateness[places], true, atol=0.01)
     steps = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])[:, None]
     assert turning(steps, np.array([0.05])).ravel().tolist() == [0.0, 0.0, 0.5, 0.0, 0.0, 0.0]
 

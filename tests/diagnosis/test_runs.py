@@ -26,11 +26,11 @@ def log(name: str, breaks: tuple[tuple[int, float], ...] = (), samples: int = 90
 
 def parts(*logs: Log) -> dict[str, list[str]]:
     """Names of the logs by trajectory."""
-    found: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}
     run: Run
     for run in runs_of([RunGroup("a", logs)], 1):
-        found.setdefault(run.trajectory, []).append(run.name)
-    return found
+        names.setdefault(run.trajectory, []).append(run.name)
+    return names
 
 
 def test_whole_logs_are_passes_of_their_trajectory() -> None:
@@ -46,8 +46,8 @@ def test_stretches_of_long_logs_meet_their_like() -> None:
 
 
 def test_piece_that_no_other_pass_has_stands_alone() -> None:
-    found = parts(log("x"), log("y", ((4000, 0.5),)))
-    assert found == {"a, part 1": ["x", "y"], "a, part 2": ["y"]}
+    result = parts(log("x"), log("y", ((4000, 0.5),)))
+    assert result == {"a, part 1": ["x", "y"], "a, part 2": ["y"]}
 
 
 def test_scrap_behind_a_break_is_left_out() -> None:

@@ -31,8 +31,8 @@ ORDERS = (29.0, 58.0, 87.0, 116.0, 145.0)
 
 def orders(selection: Selection) -> list[float]:
     """Of the harmonics that were accepted, ascending."""
-    found = [a.score.order for a in selection.accepted]
-    return sorted(order for order in found if order is not None)
+    listed = [a.score.order for a in selection.accepted]
+    return sorted(order for order in listed if order is not None)
 
 
 @several
@@ -76,8 +76,8 @@ def test_no_parameter_is_set_free_where_nothing_has_a_name(
     """It would only imitate what is left."""
     selection = chosen(tmp_path, lambda q, v, a: size * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
     change = Score(ChangedParameter("J", (0,), None), 100.0, np.zeros(3), 0.1)
-    found = replace(selection, accepted=(*selection.accepted, Accepted(change, (), 1)))
-    monkeypatch.setattr(side, "select", lambda *_: found)
+    extended = replace(selection, accepted=(*selection.accepted, Accepted(change, (), 1)))
+    monkeypatch.setattr(side, "select", lambda *_: extended)
     assert list(selected(selection.bench, (), lambda text: None).fit.freed) == freed
 
 
@@ -92,13 +92,13 @@ def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
     moments: Any = SimpleNamespace(without=lambda *_: None)
     hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=moments)
     effects: list[Any] = [SimpleNamespace(id=name, axis=0, exact=False) for name in "ab"]
-    found = search.Search(hypotheses, USUAL)
+    result = search.Search(hypotheses, USUAL)
     for effect in effects:
-        found.accepted.append(Accepted(Score(effect, 100.0, np.zeros(1), 0.1), (), 1))
-        found.terms.append(("its columns",))  # type: ignore[arg-type]
+        result.accepted.append(Accepted(Score(effect, 100.0, np.zeros(1), 0.1), (), 1))
+        result.terms.append(("its columns",))  # type: ignore[arg-type]
     anew = list[int]()
-    monkeypatch.setattr(found, "_anew", anew.append)
-    found.revise(effects[1])
+    monkeypatch.setattr(result, "_anew", anew.append)
+    result.revise(effects[1])
     assert anew == chosen_anew
 
 
@@ -124,10 +124,10 @@ def test_one_trajectory_names_what_predicts_another_one(
     for k, (motion, number) in enumerate(RUNS[:4]):
         torque = size[motion] * RMS * np.sin(53.0 * moved(CLOCK, motion)[0])
         paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=torque))
-    base, asked, _ = run_set_of(paths[:2], paths[2:], None, Options(base="axis"))
-    made, _, _ = fitted(base, asked.runs)
-    bench = Bench(made, compiled(1, None, made.base.holds))
-    side = selected(bench, asked.judged, lambda text: None)
+    base, run_set, _ = run_set_of(paths[:2], paths[2:], None, Options(base="axis"))
+    model, _, _ = fitted(base, run_set.runs)
+    bench = Bench(model, compiled(1, None, model.base.holds))
+    side = selected(bench, run_set.judged, lambda text: None)
     assert [named.id for named in side.named] == held_out[1]
 
 
@@ -136,11 +136,11 @@ def test_rows_that_show_no_wave_ask_for_none(
 ) -> None:
     """Of few places nothing periodic can be told; all else is asked for as ever."""
     bench = bench_of(tmp_path, None)
-    found = Hypotheses(bench, Rows.of(bench.model))
-    asked = [effect.id for effect in found.effects(0)]
+    candidates = Hypotheses(bench, Rows.of(bench.model))
+    requests = [effect.id for effect in candidates.effects(0)]
     monkeypatch.setattr(hypotheses, "promising_orders", lambda *_: ([], 0))
-    blind = Hypotheses(bench, found.rows)
+    blind = Hypotheses(bench, candidates.rows)
     waves = {"cogging_harmonic", "torque_ripple"}
-    assert [effect.id for effect in blind.effects(0)] == [a for a in asked if a not in waves]
-    (other, *_) = (e for e in found.effects(0) if e.id == "cogging_harmonic")
-    assert blind.anew(found.moments, other, "something", []) == []
+    assert [effect.id for effect in blind.effects(0)] == [a for a in requests if a not in waves]
+    (other, *_) = (e for e in candidates.effects(0) if e.id == "cogging_harmonic")
+    assert blind.anew(candidates.moments, other, "something", []) == []

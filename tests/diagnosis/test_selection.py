@@ -39,9 +39,9 @@ Torque = Callable[[Array, Array, Array], Array]
 
 def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
-    made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
+    model: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
     alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y)),), Design.of([B])
-    return Rows(made, (y,), design, (y,), design, moves, fold, alone, prior, np.array([2.0]))
+    return Rows(model, (y,), design, (y,), design, moves, fold, alone, prior, np.array([2.0]))
 
 
 def effect_of(columns: Array) -> EffectHypothesis:
@@ -141,10 +141,10 @@ def bench_of(
         head = next(k for k, line in enumerate(lines) if line[0] in "-.0123456789")
         path.write_text("".join([*lines[:head], *lines[head::step]]))
         paths.append(path)
-    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
+    base, run_set, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
-    made, _, _ = fitted(base, asked.runs)
-    return Bench(made, compiled(1, None, made.base.holds))
+    model, _, _ = fitted(base, run_set.runs)
+    return Bench(model, compiled(1, None, model.base.holds))
 
 
 def chosen(folder: Path, torque: Torque | None) -> Selection:
@@ -166,13 +166,13 @@ def test_nothing_is_chosen_where_nothing_is_hidden(tmp_path: Path) -> None:
 @pytest.mark.parametrize("order", [18.0, 53.0, 211.0])
 def test_cogging_is_named_with_its_order_and_nothing_else(order: float, tmp_path: Path) -> None:
     selection = chosen(tmp_path, lambda q, v, a: 0.01 * RMS * np.sin(order * q + 0.4))
-    (found,) = selection.accepted
-    assert found.score.hypothesis.id == "cogging_harmonic"
-    assert not found.rivals
-    shape = found.score.hypothesis.shapes[found.score.shape]  # type: ignore[union-attr]
+    (accepted,) = selection.accepted
+    assert accepted.score.hypothesis.id == "cogging_harmonic"
+    assert not accepted.rivals
+    shape = accepted.score.hypothesis.shapes[accepted.score.shape]  # type: ignore[union-attr]
     assert shape["order"] == pytest.approx(order, abs=0.3)
     # the smoothing window takes more of a higher order
-    assert 0.8 < found.score.size / (0.01 / np.sqrt(2)) < 1.05
+    assert 0.8 < accepted.score.size / (0.01 / np.sqrt(2)) < 1.05
     assert not nameless(selection, USUAL)
 
 
@@ -197,8 +197,8 @@ def test_two_effects_on_one_axis_are_both_named(tmp_path: Path) -> None:
 def test_what_the_library_has_not_is_left_without_a_name(strange: Torque, tmp_path: Path) -> None:
     """Names that fit a part of it are imitations: a smooth function predicts better than they."""
     selection = chosen(tmp_path, strange)
-    found = nameless(selection, USUAL)[0]
-    assert found.size > tolerated(selection.accepted, selection.explained[0], USUAL)
+    functions = nameless(selection, USUAL)[0]
+    assert functions.size > tolerated(selection.accepted, selection.explained[0], USUAL)
 
 
 def test_one_trajectory_names_nothing(tmp_path: Path) -> None:

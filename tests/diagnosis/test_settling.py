@@ -37,26 +37,26 @@ def searched(
         return SimpleNamespace(widths=np.array([width]), delay=0.0, late=1.0, p=p)
 
     base, each = SimpleNamespace(rotors=(1,)), rotors or [1.0] * len(widths)
-    made = [
+    models = [
         SimpleNamespace(base=base, fitted=fitted(*pair)) for pair in zip(widths, each, strict=True)
     ]
-    asked: list[Any] = []
+    requests: list[Any] = []
 
     def side(bench: Any, *more: Any) -> Any:
-        asked.append(bench.model)
-        held = SimpleNamespace(bench=bench, geared=geared)
-        return SimpleNamespace(fit=held, accepted=[held] if named else [])
+        requests.append(bench.model)
+        fit = SimpleNamespace(bench=bench, geared=geared)
+        return SimpleNamespace(fit=fit, accepted=[fit] if named else [])
 
     bench = lambda made, known: SimpleNamespace(model=made, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
     monkeypatch.setattr(workflow, "selected", side)
     monkeypatch.setattr(workflow, "before_of", lambda side: side.fit.bench.model)
-    monkeypatch.setattr(workflow, "beside", lambda held: made[made.index(held.bench.model) + 1])
-    start: Any = made[0]
+    monkeypatch.setattr(workflow, "beside", lambda held: models[models.index(held.bench.model) + 1])
+    start: Any = models[0]
     before, last = workflow._mechanism(start, [], [], lambda text: None)
-    assert before is asked[0]  # type: ignore[comparison-overlap]
-    assert last.fit.bench.model is asked[-1]
-    return [float(m.fitted.widths[0]) for m in asked]
+    assert before is requests[0]  # type: ignore[comparison-overlap]
+    assert last.fit.bench.model is requests[-1]
+    return [float(m.fitted.widths[0]) for m in requests]
 
 
 def test_search_goes_on_while_a_width_moves(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,8 +76,8 @@ def test_search_goes_on_while_the_rotor_of_a_gear_that_gives_way_moves(
     geared: tuple[int, ...], count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     widths, rotors = [15e-3, 15.1e-3, 15.2e-3, 15.3e-3], [1.0, 0.8, 0.79, 0.5]
-    found = searched(monkeypatch, widths, rotors=rotors, geared=geared)
-    assert found == widths[:count]
+    result = searched(monkeypatch, widths, rotors=rotors, geared=geared)
+    assert result == widths[:count]
 
 
 def test_without_an_effect_there_is_nothing_to_search_again(
@@ -94,7 +94,7 @@ def test_what_is_missing_is_no_noise(repeated: bool, tmp_path: Path) -> None:
         return 0.2 * RMS * np.tanh(v / 0.01)
 
     runs = [run for run in RUNS if repeated or run[1] == 1]
-    made = bench_of(tmp_path, friction, runs).model
-    assert made.noise.repeats == repeated
-    after = beside(joint(Bench(made, []), ()))
-    assert after.noise.scale == pytest.approx(made.noise.scale, rel=0.1)
+    model = bench_of(tmp_path, friction, runs).model
+    assert model.noise.repeats == repeated
+    after = beside(joint(Bench(model, []), ()))
+    assert after.noise.scale == pytest.approx(model.noise.scale, rel=0.1)

@@ -28,8 +28,8 @@ def spreads(alike: float) -> tuple[float, dict[str, float]]:
     column, tangent = own[:, None], (own + alike * other)[:, None]
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=Columns(0, column))
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    found = deviations_of(bench, regression(ROWS), [part], column, tangent)
-    return float(found.gains[0]), found.shapes[0]
+    deviations = deviations_of(bench, regression(ROWS), [part], column, tangent)
+    return float(deviations.gains[0]), deviations.shapes[0]
 
 
 def test_shape_that_shows_has_an_interval() -> None:
@@ -50,8 +50,8 @@ def test_error_of_the_form_moves_a_shape(alike: float) -> None:
     (_, right), (_, wrong) = (fit.fall(Columns(None, columns)) for fit in fits)
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=Columns(0, own[:, None]))
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    found = deviations_of(bench, fits[0], [part], columns[:, :1], columns[:, 1:])
-    assert found.bent[0]["w"] == pytest.approx(wrong[1] - right[1], rel=0.1)
+    deviations = deviations_of(bench, fits[0], [part], columns[:, :1], columns[:, 1:])
+    assert deviations.bent[0]["w"] == pytest.approx(wrong[1] - right[1], rel=0.1)
 
 
 def test_shape_that_does_not_show_leaves_the_gain_its_interval() -> None:
@@ -78,9 +78,9 @@ def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
     one = Columns(0, own[:, None])
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=one)
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    found = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
-    assert found.shapes[0] == {"w": np.inf}
-    assert found.gains[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
+    deviations = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
+    assert deviations.shapes[0] == {"w": np.inf}
+    assert deviations.gains[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
 
 
 @pytest.mark.parametrize("value", [0.1, 2.0, 10.0])
@@ -93,10 +93,10 @@ def test_shape_is_never_asked_for_beyond_its_bounds(value: float) -> None:
         return Columns(0, shape["w"] ** 2 * own[:, None])
 
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS), columns=columns)
-    made = regression(ROWS)
+    fitted = regression(ROWS)
     part: Any = SimpleNamespace(
         id="a", axis=0, shape={"w": value}, columns=Columns(0, own[:, None])
     )
-    _, tangents = stack(bench, made, [part])
-    _, gain = made.fall(Columns(None, own[:, None]))
+    _, tangents = stack(bench, fitted, [part])
+    _, gain = fitted.fall(Columns(None, own[:, None]))
     np.testing.assert_allclose(tangents[:, 0], 2 * value * gain[0] * own, rtol=2e-3)

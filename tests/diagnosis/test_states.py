@@ -20,8 +20,8 @@ def states(starts: list[float], across: bool) -> list[list[float]]:
     """Of an effect that counts its samples, along runs of four samples, 2 s each."""
     run = lambda start: SimpleNamespace(start=start, motion=SimpleNamespace(ts=TS))  # noqa: E731
     blocks = [SimpleNamespace(run=run(start)) for start in starts]
-    made: Any = SimpleNamespace(base=SimpleNamespace(n=1), blocks=blocks)
-    bench = Bench(made, [], across)
+    model: Any = SimpleNamespace(base=SimpleNamespace(n=1), blocks=blocks)
+    bench = Bench(model, [], across)
     bench._inputs = lambda axis, alone: [np.zeros((COUNT, 6)) for _ in blocks]  # type: ignore[method-assign]
 
     def along(state: Array, inputs: Array, fixed: Array) -> Array:
@@ -51,7 +51,7 @@ def test_what_was_before_a_run_and_is_not_known_was_like_it(starts: list[float])
 
 
 def test_angle_error_is_kept_for_its_shape_alone() -> None:
-    made: list[tuple[int, float]] = []
+    calls: list[tuple[int, float]] = []
 
     def columns(inputs: Array, state: Array, fixed: Array) -> list[Array]:
         return [fixed.copy()]
@@ -63,15 +63,15 @@ def test_angle_error_is_kept_for_its_shape_alone() -> None:
     bench._inputs = lambda item, axis: [np.zeros((COUNT, 6))]
 
     def turned(k: int, axis: int, error: Array) -> Array:
-        made.append((axis, error[0, 0]))
+        calls.append((axis, error[0, 0]))
         return error
 
     bench._misread = SimpleNamespace(turned=turned)
-    asked = [(0, 1.0), (0, 1.0), (1, 1.0), (0, 2.0), (0, 2.0), (1, 1.0)]
-    for axis, value in asked:
-        (found,) = bench.thin("error", axis, {"s": value})
-        assert (found == value).all()
-    assert made == [(0, 1.0), (1, 1.0), (0, 2.0)]
+    requests = [(0, 1.0), (0, 1.0), (1, 1.0), (0, 2.0), (0, 2.0), (1, 1.0)]
+    for axis, value in requests:
+        (thinned,) = bench.thin("error", axis, {"s": value})
+        assert (thinned == value).all()
+    assert calls == [(0, 1.0), (1, 1.0), (0, 2.0)]
     bench.forget()
     bench.thin("error", 0, {"s": 2.0})
-    assert made[3:] == [(0, 2.0)]
+    assert calls[3:] == [(0, 2.0)]

@@ -45,8 +45,8 @@ def test_tolerance_of_a_file_is_that_of_its_parameters(key: str) -> None:
     data = machine_data(MACHINE)
     wider = 2 * getattr(load_machine(MACHINE).tolerance, key)
     data["tolerance"] = {key: {"value": wider, "unit": "1", "source": "assumed"}}
-    found = HexapodBase(Machine.model_validate(data))
-    more = spreads(found)
+    base = HexapodBase(Machine.model_validate(data))
+    more = spreads(base)
     name = KNOWN_BY[key]
     # a moment m c has the errors of its mass as well
     low = 1.0 if key == "centre" else 1.999
@@ -68,11 +68,11 @@ def test_what_the_file_has_not_is_not_in_the_base_and_what_it_does_not_know_is_f
             [0.0, *own[1:]] for own in data["actuator"][name]["value"]
         ]
     machine = Machine.model_validate(data)
-    found, terms = spreads(HexapodBase(machine)), machine.actuator
-    assert [found[f"actuator[2].{name}"] for name in "okd"] == [np.inf] * 3
-    assert [found[f"actuator[2].{name}"] for name in ("c", "a[1]", "b[1]")] == [0.0] * 3
+    result, terms = spreads(HexapodBase(machine)), machine.actuator
+    assert [result[f"actuator[2].{name}"] for name in "okd"] == [np.inf] * 3
+    assert [result[f"actuator[2].{name}"] for name in ("c", "a[1]", "b[1]")] == [0.0] * 3
     wave = 0.05 * np.hypot(terms.a[1][1], terms.b[1][1])
-    assert (found["actuator[2].a[2]"], found["actuator[2].b[2]"]) == pytest.approx((wave, wave))
+    assert (result["actuator[2].a[2]"], result["actuator[2].b[2]"]) == pytest.approx((wave, wave))
 
 
 def test_geometry_without_a_tolerance_has_no_columns() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from examples.ur10e.diagnose import main, passes, periods, reversals
 from flexhex.diagnosis.logs import Options, read_log
-from tests.diagnosis.made import Array
+from tests.diagnosis.synthetic import Array
 
 JOINT, FRICTION = 4, 0.3
 
@@ -23,18 +23,20 @@ def log(seconds: float = 49.0, rest: float = 0.0) -> Array:
     clock = np.where(clock < 16.0, clock, np.maximum(clock - rest, 16.0))
     phase = np.clip(clock, 0.0, 43.5) * 2 * np.pi / 10
     angle, rate = np.sin(phase) - 1.5, np.cos(phase) * ((phase > 0) & (phase < phase[-1]))
-    found = np.zeros((len(time), 31))
+    samples = np.zeros((len(time), 31))
     current = FRICTION * np.sign(rate) + 0.05 * rate + 0.4 * np.cos(angle)
-    found[:, 0], found[:, JOINT] = time, np.round(angle, 4)
-    found[:, 12 + JOINT] = current + 0.02 * rng.standard_normal(len(time))
-    return found
+    samples[:, 0], samples[:, JOINT] = time, np.round(angle, 4)
+    samples[:, 12 + JOINT] = current + 0.02 * rng.standard_normal(len(time))
+    return samples
 
 
 def test_whole_periods_alone_are_passes(tmp_path: Path) -> None:
-    made = log()
-    ends = [made[k, 0] - made[0, 0] for pair in periods(made, JOINT) for k in pair]
+    samples = log()
+    ends = [samples[k, 0] - samples[0, 0] for pair in periods(samples, JOINT) for k in pair]
     assert ends == pytest.approx([4.5, 14.5, 14.5, 24.5, 24.5, 34.5, 34.5, 44.5], abs=0.1)
-    runs = [read_log(path, Options(torque_constant=10.0)) for path in passes(made, JOINT, tmp_path)]
+    runs = [
+        read_log(path, Options(torque_constant=10.0)) for path in passes(samples, JOINT, tmp_path)
+    ]
     assert [(run.trajectory, run.pass_number) for run in runs] == [("sine", k) for k in range(1, 5)]
     assert runs[0].theta[0, 0] == pytest.approx(-0.5, abs=2e-4)
     assert np.ptp(runs[0].theta) == pytest.approx(2.0, abs=1e-3)
@@ -44,8 +46,8 @@ def test_whole_periods_alone_are_passes(tmp_path: Path) -> None:
 
 
 def test_period_with_a_stop_in_it_is_no_pass() -> None:
-    made = log(52.0, rest=3.0)
-    ends = [made[k, 0] - made[0, 0] for pair in periods(made, JOINT) for k in pair]
+    samples = log(52.0, rest=3.0)
+    ends = [samples[k, 0] - samples[0, 0] for pair in periods(samples, JOINT) for k in pair]
     assert ends == pytest.approx([4.5, 14.5, 27.5, 37.5, 37.5, 47.5], abs=0.1)
 
 

@@ -35,9 +35,9 @@ def hunting(path: Path, motion: int, number: int) -> Path:
 
 def left(paths: list[Path]) -> float:
     """What the fit leaves of the torque, RMS [N m]."""
-    base, asked, _ = run_set_of(paths, [], None, Options("axis"))
-    made, _, _ = fitted(base, asked.runs)
-    return float(axis_rms(made.blocks, made.residual(made.regression.q))[0])
+    base, run_set, _ = run_set_of(paths, [], None, Options("axis"))
+    model, _, _ = fitted(base, run_set.runs)
+    return float(axis_rms(model.blocks, model.residual(model.regression.q))[0])
 
 
 def test_fast_torque_that_the_model_lacks_does_not_decide_its_inertia(

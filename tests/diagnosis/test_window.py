@@ -34,11 +34,11 @@ def run(seed: int, noise: float, step: float = 0.0, seconds: float = 40.0) -> Ru
     return Run(str(seed), "a", motion, valid[2:-2], Signal(0.0, TS, tau[:, None], valid))
 
 
-def asked(*runs: Run) -> tuple[float, Array, str]:
+def smoothed(*runs: Run) -> tuple[float, Array, str]:
     """How much longer than the base's own the window is, what noise is left, what is said."""
     base = AxisBase(1, TS)
-    made, left, text = fitted(base, runs)
-    return made.base.window / base.window, left, text
+    model, left, text = fitted(base, runs)
+    return model.base.window / base.window, left, text
 
 
 def measured(run: Run) -> Run:
@@ -48,11 +48,11 @@ def measured(run: Run) -> Run:
 
 
 def test_quiet_angles_keep_the_window() -> None:
-    assert asked(run(1, 1e-7), run(2, 1e-7))[0] == 1.0
+    assert smoothed(run(1, 1e-7), run(2, 1e-7))[0] == 1.0
 
 
 def test_noise_of_angles_asks_for_a_longer_window() -> None:
-    longer, left, text = asked(run(1, 6e-4), run(2, 6e-4))
+    longer, left, text = smoothed(run(1, 6e-4), run(2, 6e-4))
     assert 1.5 < longer < LONGEST
     assert "angles of axis 1 are noisy" in text
     assert not left.any()
@@ -60,15 +60,15 @@ def test_noise_of_angles_asks_for_a_longer_window() -> None:
 
 def test_steps_that_repeat_ask_for_more_than_noise_of_their_size() -> None:
     step = 1e-4
-    in_steps, _, text = asked(run(1, 0.0, step), run(2, 0.0, step))
+    in_steps, _, text = smoothed(run(1, 0.0, step), run(2, 0.0, step))
     assert in_steps > 2.0
     assert "come in steps of 0.0001 rad" in text
     as_noise = step / np.sqrt(12)
-    assert asked(run(1, as_noise), run(2, as_noise))[0] == 1.0
+    assert smoothed(run(1, as_noise), run(2, as_noise))[0] == 1.0
 
 
 def test_steps_beyond_help_are_left_and_said() -> None:
-    longer, left, text = asked(run(1, 0.0, 1e-2), run(2, 0.0, 1e-2))
+    longer, left, text = smoothed(run(1, 0.0, 1e-2), run(2, 0.0, 1e-2))
     assert longer >= LONGEST
     assert left[0] > 0
     assert "come in steps of 0.01 rad" in text
@@ -76,12 +76,12 @@ def test_steps_beyond_help_are_left_and_said() -> None:
 
 def test_measured_rates_need_no_longer_window() -> None:
     noisy = run(1, 6e-4), run(2, 6e-4)
-    assert asked(*noisy)[0] > 1.0
-    assert asked(*map(measured, noisy))[0] == pytest.approx(1.0)
+    assert smoothed(*noisy)[0] > 1.0
+    assert smoothed(*map(measured, noisy))[0] == pytest.approx(1.0)
 
 
 def test_short_runs_keep_rows_enough() -> None:
     step = 1e-2
-    short, left, _ = asked(run(1, 0.0, step, 12.0), run(2, 0.0, step, 12.0))
+    short, left, _ = smoothed(run(1, 0.0, step, 12.0), run(2, 0.0, step, 12.0))
     assert 1.0 < short < LONGEST
     assert left[0] > 0

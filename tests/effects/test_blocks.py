@@ -156,7 +156,7 @@ def test_plant_refuses_lags_that_cannot_be(id: str, value: float) -> None:
 
 def along(ticks: int) -> list[Instant]:
     """A motion of the kinematics at the feedforward's sample time."""
-    block, made = load("kinematics"), []
+    block, outputs = load("kinematics"), []
     block.start()
     w, phase = 9.0, np.arange(6)
     for k in range(ticks):
@@ -164,5 +164,5 @@ def along(ticks: int) -> list[Instant]:
         theta = 0.1 * np.sin(w * t + phase) - 0.1 * np.sin(phase)
         thetad, thetadd = (0.1 * w * np.cos(w * t + phase), -0.1 * w**2 * np.sin(w * t + phase))
         y = block.tick(theta=theta, thetad=thetad, thetadd=thetadd)
-        made.append(Instant(y["x"], y["xd"], y["xdd"], y["z"]))
-    return made
+        outputs.append(Instant(y["x"], y["xd"], y["xdd"], y["z"]))
+    return outputs

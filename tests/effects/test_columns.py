@@ -27,10 +27,10 @@ def columns_along(theta: Array, tau: Array) -> Array:
     bank = known()
     start, advance = followers(bank, "twin")
     columns = columns_function(bank, "columns")
-    held = [np.concatenate([row[:1], row]) for row in (theta, tau)]
+    padded = [np.concatenate([row[:1], row]) for row in (theta, tau)]
     rows, state, last = [], called(start, theta[0]), np.zeros(31)
     for k in range(len(theta) - 1):
-        (a, b, c), (u, _, w) = (row[k : k + 3] for row in held)
+        (a, b, c), (u, _, w) = (row[k : k + 3] for row in padded)
         second = ((c - b) - (b - a)) / TS**2
         now = np.concatenate([b, (c - a) / (2 * TS), second, tau[k], (w - u) / (2 * TS)])
         now = np.append(now, TS * (k + 1))

@@ -93,9 +93,9 @@ def test_effect_has_bounded_columns(effect: Effect) -> None:
         signals = replace(signals, others=(signals,) * 6)
         columns = ca.Function("columns", [at, state], [effect.columns(signals, state, shape)])
         for row in far:
-            made = np.array(columns(row, np.ones(len(effect.states)))).ravel()
-            assert made.shape == (len(effect.gains),)
-            assert np.isfinite(made).all()
+            actual = np.array(columns(row, np.ones(len(effect.states)))).ravel()
+            assert actual.shape == (len(effect.gains),)
+            assert np.isfinite(actual).all()
 
 
 @each
@@ -114,8 +114,8 @@ def test_iron_saturates_at_a_corner_or_gradually(p: float, wanted: float) -> Non
     columns = effect.columns(axis(ca.vertsplit(at)), ca.SX(0, 1), {"tau_k": 2.0, "p": p})
     loss = ca.Function("loss", [at], [columns])
     for tau in (-5.0, 5.0):
-        found = 0.3 * float(loss([0, 0, 0, tau, 0, 0]))
-        assert found == pytest.approx(np.copysign(wanted, tau), rel=1e-4)
+        loss_of_torque = 0.3 * float(loss([0, 0, 0, tau, 0, 0]))
+        assert loss_of_torque == pytest.approx(np.copysign(wanted, tau), rel=1e-4)
 
 
 @each

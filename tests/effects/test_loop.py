@@ -46,9 +46,9 @@ def builder() -> Builder:
     """The loop with every effect, built under out/test/effects."""
     folder = OUT / "effects"
     with one_at_a_time(folder):
-        made = Builder(machine_file(folder, *(use(id) for id in on_axes())), folder)
-        made.fmus()
-    return made
+        extended = Builder(machine_file(folder, *(use(id) for id in on_axes())), folder)
+        extended.fmus()
+    return extended
 
 
 def ran(builder: Builder, name: str, effect: Array, gains: Array, signals: list[str]) -> Result:

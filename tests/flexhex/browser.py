@@ -45,7 +45,7 @@ class Browser:
     address that the page asked for."""
 
     def __init__(self, profile: Path) -> None:
-        program = next((found for name in NAMES if (found := shutil.which(name))), None)
+        program = next((path for name in NAMES if (path := shutil.which(name))), None)
         if program is None:
             pytest.skip("no Chromium on the PATH")
         to_us, theirs = os.pipe()
@@ -145,12 +145,12 @@ class Browser:
 
     def run(self, script: str) -> Any:
         """Value of an expression in the page."""
-        found = self.call(
+        response = self.call(
             "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
         )
-        if "exceptionDetails" in found:
-            raise RuntimeError(json.dumps(found["exceptionDetails"]))
-        return found["result"].get("value")
+        if "exceptionDetails" in response:
+            raise RuntimeError(json.dumps(response["exceptionDetails"]))
+        return response["result"].get("value")
 
     def drawn(self) -> None:
         """Wait until what was changed is on the screen."""

@@ -76,28 +76,28 @@ def candidates() -> tuple[Candidate, ...]:
     """Two rounds: friction before all others, then nothing worth naming."""
     first = [("coulomb_friction", 0.93), ("stribeck_friction", 0.71), ("second_hysteresis", 0.66)]
     first += [("quadratic_drag", 0.21), ("time_delay", 0.04), ("torque_constant_saturation", 0.02)]
-    made = [
+    listed = [
         Candidate(1, name, (3,), {}, 1e3 * gain, 0.02 * gain, chosen=k == 0, rival=k == 2)
         for k, (name, gain) in enumerate(first)
     ]
-    made += [Candidate(2, "cubic_stiffness", (1,), {}, 3.0, 2e-4)]
-    made += [Candidate(2, "cross_coupling", (2, 4), {}, -1.0, 1e-4)]
-    return tuple(made)
+    listed += [Candidate(2, "cubic_stiffness", (1,), {}, 3.0, 2e-4)]
+    listed += [Candidate(2, "cross_coupling", (2, 4), {}, -1.0, 1e-4)]
+    return tuple(listed)
 
 
 def maps(axes: tuple[int, ...] = (3,)) -> tuple[Map, ...]:
     """Residuals over all quantities, and the spectrum, of some axes."""
-    made, random = [], np.random.default_rng(1)
+    listed, random = [], np.random.default_rng(1)
     for axis in axes:
         for over, unit, size in QUANTITIES:
             x = np.linspace(-size, size, 24) if over != "time" else np.linspace(0, size, 24)
             before = 0.05 * np.tanh(20 * x / size) if over == "velocity" else 0.004 * np.cos(3 * x)
             noise = 0.001 * random.standard_normal(24)
-            made.append(Map(axis, over, unit, x, before + noise, noise, np.full(24, 0.0015)))
+            listed.append(Map(axis, over, unit, x, before + noise, noise, np.full(24, 0.0015)))
         f = np.geomspace(0.1, 200, 200)
         low = 0.02 / (1 + f) + 2e-4 * random.random(200)
-        made.append(Map(axis, "frequency", "Hz", f, low, low / (1 + 9 / (1 + f)), 0 * f))
-    return tuple(made)
+        listed.append(Map(axis, "frequency", "Hz", f, low, low / (1 + 9 / (1 + f)), 0 * f))
+    return tuple(listed)
 
 
 def shown() -> dict[str, object]:

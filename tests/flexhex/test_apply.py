@@ -30,9 +30,9 @@ NOISE = {"theta": 2e-6, "tau_meas": 2e-3}
 
 @pytest.fixture(scope="module")
 def folder() -> Path:
-    made = OUT / "apply"
-    made.mkdir(parents=True, exist_ok=True)
-    return made
+    built = OUT / "apply"
+    built.mkdir(parents=True, exist_ok=True)
+    return built
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def logs(folder: Path, bare: Path) -> dict[str, list[Path]]:
         builder = Builder(file, folder / "stiff")
         builder.systems()
     case = extra_cases(builder.machine, base_parameters(builder.machine), SECONDS)[1]
-    random, made = np.random.default_rng(5), dict[str, list[Path]]()
+    random, paths = np.random.default_rng(5), dict[str, list[Path]]()
     for seed, trajectory in enumerate("abz", 31):
         result = run(
             builder.case(case),
@@ -63,8 +63,8 @@ def logs(folder: Path, bare: Path) -> dict[str, list[Path]]:
             path = folder / f"{trajectory}{number}.h5"
             write_log(result, path, trajectory, number)
             spoil(path, random)
-            made.setdefault(trajectory, []).append(path)
-    return made
+            paths.setdefault(trajectory, []).append(path)
+    return paths
 
 
 def spoil(path: Path, random: np.random.Generator) -> None:
@@ -81,8 +81,8 @@ def answer(logs: dict[str, list[Path]], bare: Path, folder: Path) -> dict[str, A
     words = ["diagnose", *fitted, "--held-out", *map(str, logs["z"]), "--machine", str(bare)]
     done = CliRunner().invoke(app, [*words, "--apply", "--out", str(folder / "out"), "--json"])
     assert done.exit_code == 0, done.output
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found
+    data: dict[str, Any] = json.loads(done.stdout)
+    return data
 
 
 def test_apply_names_what_the_machine_has(answer: dict[str, Any]) -> None:

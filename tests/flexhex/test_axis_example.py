@@ -25,7 +25,7 @@ HELD_OUT = FOLDER / "c1.csv"
 
 
 @pytest.fixture(scope="module")
-def found() -> Diagnosis:
+def diagnosis() -> Diagnosis:
     """The answer of `flexhex diagnose --base axis a1 a2 b1 b2 --held-out c1`."""
     return diagnose(RUNS, [HELD_OUT], options=Options(base="axis"))
 
@@ -34,9 +34,9 @@ def test_logs_are_what_their_script_writes(tmp_path: Path) -> None:
     """Sines may differ in their last bit between computers, and so a digit of the file."""
     subprocess.run([sys.executable, FOLDER / "make_logs.py", tmp_path], check=True)
     for path in (*RUNS, HELD_OUT):
-        ours, made = (read_log(p) for p in (path, tmp_path / path.name))
+        ours, written = (read_log(p) for p in (path, tmp_path / path.name))
         for name in ("theta", "tau_meas"):
-            assert np.allclose(ours[name].values, made[name].values, atol=6.1e-6), path.name
+            assert np.allclose(ours[name].values, written[name].values, atol=6.1e-6), path.name
 
 
 def test_files_of_the_drive_are_the_same_runs() -> None:
@@ -52,18 +52,18 @@ def test_files_of_the_drive_are_the_same_runs() -> None:
             assert np.allclose(ours[name].values, drive[name].values, atol=digit), path.name
 
 
-def test_friction_is_found(found: Diagnosis) -> None:
+def test_friction_is_found(diagnosis: Diagnosis) -> None:
     """0.1 N m, as make_logs.py has it."""
-    assert found.verdict == "named"
-    (effect,) = found.effects
+    assert diagnosis.verdict == "named"
+    (effect,) = diagnosis.effects
     assert (effect.id, effect.rivals) == ("coulomb_friction", ())
     assert effect.parameters["F_c"].value == pytest.approx(0.1, rel=0.03)
 
 
-def test_torque_over_time_is_that_of_the_held_out_run(found: Diagnosis) -> None:
+def test_torque_over_time_is_that_of_the_held_out_run(diagnosis: Diagnosis) -> None:
     """The measured torque is the log's, smoothed; what the models leave is the residual that the
     answer gives in figures."""
-    (strip,) = found.strips
+    (strip,) = diagnosis.strips
     assert (Path(strip.run), strip.held_out, strip.axis) == (HELD_OUT, True, 1)
     log = read_log(HELD_OUT)["tau_meas"]
     raw = np.interp(strip.time, log.time, log.values[:, 0])
@@ -72,12 +72,12 @@ def test_torque_over_time_is_that_of_the_held_out_run(found: Diagnosis) -> None:
     for name in ("before", "after"):
         left = strip.measured - getattr(strip, name)
         rms = float(np.sqrt(np.nanmean(left**2)))
-        assert rms == pytest.approx(float(found.residual.held_out[name][0]), rel=0.02)
+        assert rms == pytest.approx(float(diagnosis.residual.held_out[name][0]), rel=0.02)
 
 
-def test_page_begins_with_the_torque_over_time(found: Diagnosis, tmp_path: Path) -> None:
+def test_page_begins_with_the_torque_over_time(diagnosis: Diagnosis, tmp_path: Path) -> None:
     path = write_diagnosis(
-        found, Invocation(("flexhex",), "axis"), [*RUNS, HELD_OUT], tmp_path / "p"
+        diagnosis, Invocation(("flexhex",), "axis"), [*RUNS, HELD_OUT], tmp_path / "p"
     )
     text = path.read_text(encoding="utf-8")
     titles = re.findall(r"<h2>(.*?)</h2>", text)
@@ -92,4 +92,4 @@ def test_page_begins_with_the_torque_over_time(found: Diagnosis, tmp_path: Path)
         "model after",
     ]
     assert figures["strip"]["layout"]["meta"] == {"joint": "axis", "first": 1, "time": "page"}
-    assert matters(found) == 1
+    assert matters(diagnosis) == 1

@@ -139,10 +139,10 @@ def test_fit_of_mostly_undetermined_parameters_is_warned_of(
 
 def test_what_a_fit_warns_of_is_shown(machine: Machine, capsys: pytest.CaptureFixture[str]) -> None:
     zeros, text = np.zeros(162), "actuator[2].d: negative, though no machine has it so"
-    found = Fit(zeros, zeros, np.zeros(6), 1.0, 10, (), (text,))
-    print_fit(machine, found)
+    fitted = Fit(zeros, zeros, np.zeros(6), 1.0, 10, (), (text,))
+    print_fit(machine, fitted)
     assert f"warning: {text}" in " ".join(capsys.readouterr().out.split())
-    assert json.loads(fit_json(machine, found))["warnings"] == [text]
+    assert json.loads(fit_json(machine, fitted))["warnings"] == [text]
 
 
 def test_check_accepts_what_we_build(fmu_dir: Path, hexapod_ssp: Path, tmp_path: Path) -> None:
@@ -169,6 +169,6 @@ def test_simulate_then_identify(machine_ssp: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     done = flexhex("identify", "run.h5", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert len(found["parameters"]) == 162
-    assert 0 < np.max(found["residual_rms"]["joints"]) < 0.02
+    data = json.loads(done.stdout)
+    assert len(data["parameters"]) == 162
+    assert 0 < np.max(data["residual_rms"]["joints"]) < 0.02

@@ -37,11 +37,11 @@ SECONDS, KILOGRAMS = 9.0, 0.5
 
 def paper_run(larger: float = 1.0, machine: Any = None, **experiments: Any) -> Any:
     """Two outcomes; the errors of feedback only are `larger` times those of `run_of`."""
-    made = {name: run_of(seconds=SECONDS) for name in ("feedback", "adaptive")}
-    made["feedback"]["feedback.e"][:] *= larger
+    results = {name: run_of(seconds=SECONDS) for name in ("feedback", "adaptive")}
+    results["feedback"]["feedback.e"][:] *= larger
     outcomes = {
         name: SimpleNamespace(case=SimpleNamespace(name=name, title=f"{name} title"), result=result)
-        for name, result in made.items()
+        for name, result in results.items()
     }
     builder = SimpleNamespace(machine=machine or load_machine(MACHINE_FILE))
     table = SimpleNamespace(of=outcomes.__getitem__)
@@ -57,8 +57,8 @@ def payload() -> Payload:
     kept = t >= SETTLE
     results = []
     for _ in range(2):
-        made = run_of(seconds=SECONDS)
-        base = made.group("plant.theta")
+        result = run_of(seconds=SECONDS)
+        base = result.group("plant.theta")
         carried = np.where(base.time >= SETTLE + 3, KILOGRAMS, 0.0)
         signals = {**base.signals, "reference.payload": carried}
         groups = {"0.25ms": Group(base.period, base.base, signals, base.units)}
@@ -88,12 +88,12 @@ def missing(folder: Path) -> Any:
 @pytest.mark.parametrize("larger", [1.0, 40.0])
 def test_clip_shows_both_runs_with_the_error_times_1000(larger: float) -> None:
     """It begins where the larger error is largest, so that the first picture shows it."""
-    (found,) = clips(paper_run(larger))
-    data = found.data
+    (clip,) = clips(paper_run(larger))
+    data = clip.data
     assert [run["name"] for run in data["runs"]] == ["feedback title", "adaptive title"]
     assert (data["begin"], data["end"], data["begins"]["ghost"]) == (2.0, 6.0, "beside")
     assert data["begins"]["factor"] == 1000
-    assert "drawn 1000 times" in found.text
+    assert "drawn 1000 times" in clip.text
     result = paper_run(larger).table.of("feedback").result
     error = np.abs(result["feedback.e"]).max(axis=1)
     at = np.searchsorted(result.time("feedback.e"), data["begins"]["t"])
@@ -103,20 +103,20 @@ def test_clip_shows_both_runs_with_the_error_times_1000(larger: float) -> None:
 @pytest.mark.parametrize("larger", [1.0, 40.0])
 def test_clip_of_the_payload_has_an_error_that_is_seen(larger: float) -> None:
     """20 urad is magnified by 1000, the most; 800 urad by less, so that it stays below FARTHEST."""
-    made = payload()
-    for result in made.results:
+    built = payload()
+    for result in built.results:
         result["feedback.e"][:] *= larger
-    found = clips(paper_run(payload=made))[1]
-    factor = found.data["begins"]["factor"]
-    most = max(np.abs(numbers(run["frames"]["e"])).max() for run in found.data["runs"])
+    listed = clips(paper_run(payload=built))[1]
+    factor = listed.data["begins"]["factor"]
+    most = max(np.abs(numbers(run["frames"]["e"])).max() for run in listed.data["runs"])
     assert factor * most <= FARTHEST
     assert factor == 1000 or factor * most * 10**0.25 > FARTHEST
-    assert {1.0: "drawn 1000 times", 40.0: "drawn 180 times"}[larger] in found.text
+    assert {1.0: "drawn 1000 times", 40.0: "drawn 180 times"}[larger] in listed.text
 
 
 def test_clip_of_the_payload_carries_it_and_shows_what_the_model_takes_for_it() -> None:
-    found = clips(paper_run(payload=payload()))[1]
-    data = found.data
+    listed = clips(paper_run(payload=payload()))[1]
+    data = listed.data
     begin = SETTLE + 3 - BEFORE
     assert (data["begin"], data["end"]) == (begin, min(SETTLE + 3 + LEARNING, SECONDS))
     assert data["begins"]["plots"] == ["feedback.e", "mass"]
@@ -133,28 +133,28 @@ def test_clip_of_the_payload_carries_it_and_shows_what_the_model_takes_for_it() 
         line = mass["lines"][0]
         rises = line["t0"] + line["step"] * int(np.argmax(true > 0))
         assert rises == pytest.approx(SETTLE + 3, abs=2 * line["step"])
-    assert "0.5 kg is bolted on at 5 s" in found.text
+    assert "0.5 kg is bolted on at 5 s" in listed.text
 
 
 def test_clip_of_the_residual_has_both_models(tmp_path: Path) -> None:
-    found = clips(paper_run(missing=missing(tmp_path)))[1]
-    assert "held-out" in found.text
-    left = [numbers(run["frames"]["residual"]) for run in found.data["runs"]]
-    assert [run["name"] for run in found.data["runs"]] == ["original model", "extended model"]
+    listed = clips(paper_run(missing=missing(tmp_path)))[1]
+    assert "held-out" in listed.text
+    left = [numbers(run["frames"]["residual"]) for run in listed.data["runs"]]
+    assert [run["name"] for run in listed.data["runs"]] == ["original model", "extended model"]
     assert np.allclose(left[0], 0.3, atol=1e-6)
     assert np.allclose(left[1], 0.1, atol=1e-6)
 
 
 def test_all_clips_share_one_page(tmp_path: Path) -> None:
     """The libraries stand there once, so the report stays small."""
-    found = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
-    assert len(found) == 3
-    text = clips_json(found)
+    listed = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
+    assert len(listed) == 3
+    text = clips_json(listed)
     assert "<" not in text, "stands in a script element"
-    told = json.loads(text)
-    assert told["page"].count(told["place"]) == 1
-    assert [json.loads(clip["data"]) for clip in told["clips"]] == [
-        json.loads(json.dumps(clip.data)) for clip in found
+    printed = json.loads(text)
+    assert printed["page"].count(printed["place"]) == 1
+    assert [json.loads(clip["data"]) for clip in printed["clips"]] == [
+        json.loads(json.dumps(clip.data)) for clip in listed
     ]
     assert len(text) < LARGEST
 
@@ -177,20 +177,20 @@ def cut_to_what_is_drawn(browser: Browser, runs: int) -> None:
 
 def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path) -> None:
     """Each clip is drawn, moves, and replaces the one before; the weight is there when it is on."""
-    found = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
+    listed = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
     body = (
         '{% extends "frame.html.j2" %}{% block body %}{% include "clips.html.j2" %}{% endblock %}'
     )
     text = page_html(
         "test", {}, {"test": body, "clips.html.j2": text_of("clips.html.j2")},
-        title="clips", clips=clips_json(found), clips_js=text_of("clips.js"),
+        title="clips", clips=clips_json(listed), clips_js=text_of("clips.js"),
     )  # fmt: skip
     page = tmp_path / "page.html"
     page.write_text(text, encoding="utf-8")
     browser.requests.clear()
     browser.open(page)
     texts, stills = set[str](), set[str]()
-    for k, clip in enumerate(found):
+    for k, clip in enumerate(listed):
         browser.run(CHOOSE % k)
         inside = "document.querySelector('.clips iframe').contentWindow"
         pictures = []
@@ -211,8 +211,8 @@ def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path)
         browser.run("dispatchEvent(new Event('beforeprint'))")
         stills.add(browser.run("document.querySelector('.still').src"))
         cut_to_what_is_drawn(browser, len(clip.data["runs"]))
-    assert texts == {clip.text for clip in found}
-    assert len(stills) == len(found)
+    assert texts == {clip.text for clip in listed}
+    assert len(stills) == len(listed)
     assert all(still.startswith("data:image/png") and len(still) > 10_000 for still in stills)
     strangers = {url for url in browser.requests if not url.startswith(("blob:", "data:"))}
     assert strangers == {page.as_uri()}

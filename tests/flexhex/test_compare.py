@@ -47,26 +47,26 @@ def wave() -> Array:
     return np.cos(t)[:, None] * [1.0, 10.0, 100.0]
 
 
-def only(found: Comparison) -> Difference:
+def only(comparison: Comparison) -> Difference:
     """The one signal that was compared."""
-    (difference,) = found.differences
+    (difference,) = comparison.differences
     return difference
 
 
 def test_the_same_samples_are_equal_without_tolerance() -> None:
     a, b = result({"plant.theta": wave()}), result({"plant.theta": wave()})
-    found = compare(a, b, Tolerance(rtol=0))
-    assert found.equal
-    assert (only(found).worst, only(found).state) == (0, EQUAL)
-    assert math.isnan(only(found).first)
+    comparison = compare(a, b, Tolerance(rtol=0))
+    assert comparison.equal
+    assert (only(comparison).worst, only(comparison).state) == (0, EQUAL)
+    assert math.isnan(only(comparison).first)
 
 
 def test_one_bit_is_seen_without_tolerance() -> None:
     changed = wave()
     changed[7, 1] = np.nextafter(changed[7, 1], np.inf)
-    found = compare(result({"x": wave()}), result({"x": changed}), Tolerance(rtol=0))
-    assert not found.equal
-    assert (only(found).element, only(found).at) == (2, 7 * BASE)
+    comparison = compare(result({"x": wave()}), result({"x": changed}), Tolerance(rtol=0))
+    assert not comparison.equal
+    assert (only(comparison).element, only(comparison).at) == (2, 7 * BASE)
 
 
 def test_figures_are_those_of_a_known_difference() -> None:
@@ -96,16 +96,16 @@ def test_tolerance_holds_from_both_sides(tolerance: Tolerance, column: int, allo
         changed = wave()
         changed[200, column] += factor * allowed
         for pair in ((wave(), changed), (changed, wave())):
-            found = compare(result({"x": pair[0]}), result({"x": pair[1]}), tolerance)
-            assert found.equal is equal
+            comparison = compare(result({"x": pair[0]}), result({"x": pair[1]}), tolerance)
+            assert comparison.equal is equal
 
 
 def test_rates_are_never_merged() -> None:
     """Every second sample is the very same: still not compared, and not equal."""
     a, b = result({"x": wave()}), result({"x": wave()[::2]}, period=2)
-    found = compare(a, b)
-    assert (only(found).state, only(found).note) == (UNLIKE, "rate 0.25ms and 0.5ms")
-    assert not found.equal
+    comparison = compare(a, b)
+    assert (only(comparison).state, only(comparison).note) == (UNLIKE, "rate 0.25ms and 0.5ms")
+    assert not comparison.equal
     assert not compare(a, b, common=True).equal
 
 
@@ -122,10 +122,10 @@ def test_other_unit_and_size_are_not_compared() -> None:
 
 def test_missing_signal_is_said_and_counts_unless_only_common_ones_do() -> None:
     a, b = result({"x": wave(), "y": wave()}), result({"x": wave(), "z": wave()})
-    found = compare(a, b)
-    states = {d.signal: d.state for d in found.differences}
+    comparison = compare(a, b)
+    states = {d.signal: d.state for d in comparison.differences}
     assert states == {"x": EQUAL, "y": ONLY_FIRST, "z": ONLY_SECOND}
-    assert not found.equal
+    assert not comparison.equal
     assert compare(a, b, common=True).equal
     nothing = compare(result({"x": wave()}), result({"z": wave()}), common=True)
     assert not nothing.equal, "nothing in common is not equal"
@@ -133,19 +133,19 @@ def test_missing_signal_is_said_and_counts_unless_only_common_ones_do() -> None:
 
 def test_longer_run_is_not_equal_but_its_common_time_is() -> None:
     a, b = result({"x": wave()}), result({"x": wave()[:300]})
-    found = compare(a, b)
-    assert (only(found).state, found.equal) == (EQUAL, False)
+    comparison = compare(a, b)
+    assert (only(comparison).state, comparison.equal) == (EQUAL, False)
     assert compare(a, b, common=True).equal
-    assert found.provenance == {"duration": ("0.1", "0.075")}
+    assert comparison.provenance == {"duration": ("0.1", "0.075")}
 
 
 def test_nan_equals_nan_and_nothing_else() -> None:
     holed = wave()
     holed[50, 0] = np.nan
     assert compare(result({"x": holed}), result({"x": holed.copy()})).equal
-    found = compare(result({"x": wave()}), result({"x": holed}), Tolerance(atol=1e9))
-    assert not found.equal
-    assert (only(found).worst, only(found).at) == (math.inf, 50 * BASE)
+    comparison = compare(result({"x": wave()}), result({"x": holed}), Tolerance(atol=1e9))
+    assert not comparison.equal
+    assert (only(comparison).worst, only(comparison).at) == (math.inf, 50 * BASE)
 
 
 def test_worst_relative_to_its_size_comes_first() -> None:
@@ -161,17 +161,17 @@ def test_worst_in_its_tolerance_comes_first() -> None:
     a = result({"coarse": np.ones(N), "fine": np.ones(N)})
     b = result({"coarse": np.full(N, 1.01), "fine": np.full(N, 1.001)})
     limits = Tolerance(signals={"coarse": 1e-2, "fine": 1e-4})
-    found = compare(a, b, limits).differences
-    assert [(d.signal, round(d.over, 6)) for d in found] == [("fine", 10), ("coarse", 1)]
+    comparison = compare(a, b, limits).differences
+    assert [(d.signal, round(d.over, 6)) for d in comparison] == [("fine", 10), ("coarse", 1)]
 
 
 def test_states_of_estimator_and_solvers_come_after_motion_and_torque() -> None:
     signals = {"K.p_std": np.ones((N, 2)), "K.p_std[2]": np.ones(N), "N_E.residual": np.ones(N)}
     a = result({"plant.theta": np.ones(N), "plant.fault": np.ones(N), **signals})
     b = result({name: 2 * v for name, v in signals.items()} | {"plant.theta": np.full(N, 1.1)})
-    found = compare(a, b).differences
+    comparison = compare(a, b).differences
     order = ["plant.theta", "K.p_std", "K.p_std[2]", "N_E.residual", "plant.fault"]
-    assert [d.signal for d in found] == order
+    assert [d.signal for d in comparison] == order
 
 
 def test_what_made_the_runs_different_is_found() -> None:

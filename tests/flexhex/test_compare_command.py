@@ -30,17 +30,17 @@ def tracked(e: float, tau: float, seconds: float = 3.0, **meta: str) -> Result:
     settling = np.arange(count) * BASE <= 2.0
     error[settling] = 1.0
     torque = np.where(settling[:, None], 9.0, np.full((count, 2), tau))
-    made = result({"feedback.e": error, "feedback.tau_fb": torque}, meta=meta)
-    return Result(made.groups, duration=seconds, meta=meta)
+    run = result({"feedback.e": error, "feedback.tau_fb": torque}, meta=meta)
+    return Result(run.groups, duration=seconds, meta=meta)
 
 
 @pytest.fixture
 def app() -> typer.Typer:
     """The command as `flexhex.cli` registers it."""
-    made = typer.Typer()
-    made.command("compare")(compare_command)
-    made.callback()(lambda: None)
-    return made
+    application = typer.Typer()
+    application.command("compare")(compare_command)
+    application.callback()(lambda: None)
+    return application
 
 
 @pytest.fixture
@@ -71,13 +71,13 @@ def test_exit_code_tells_equal_from_different(
 
 def test_json_says_all(app: typer.Typer, runs: tuple[Path, Path], tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["compare", *map(str, runs), "--json", "--plots", "0"])
-    found = json.loads(done.stdout)
-    assert (found["equal"], found["page"]) == (False, None)
-    theta, fault = found["signals"]
+    data = json.loads(done.stdout)
+    assert (data["equal"], data["page"]) == (False, None)
+    theta, fault = data["signals"]
     assert theta["worst"] == pytest.approx(1e-4)
     assert theta["first"] == pytest.approx(100 * BASE)
     assert (fault["state"], fault["first"]) == (EQUAL, None)
-    assert found["made"] == {"made": {"first": "here", "second": "</script>there"}}
+    assert data["made"] == {"made": {"first": "here", "second": "</script>there"}}
 
 
 def test_page_holds_overlay_and_difference_and_needs_no_network(
@@ -100,9 +100,9 @@ def test_text_in_a_plot_cannot_end_the_script(tmp_path: Path) -> None:
     path = write_page(tmp_path / "p.html", "", "", [Part("one", figures=drawn)])
     text = path.read_text(encoding="utf-8")
     assert "</script><b>" not in text
-    found = re.search(r"^const figures = (.*);$", text, re.M)
-    assert found
-    assert json.loads(found[1])["place"]["layout"]["title"]["text"] == "</script><b>"
+    match = re.search(r"^const figures = (.*);$", text, re.M)
+    assert match
+    assert json.loads(match[1])["place"]["layout"]["title"]["text"] == "</script><b>"
 
 
 def test_bad_input_has_exit_code_3(app: typer.Typer, runs: tuple[Path, Path]) -> None:
@@ -129,10 +129,10 @@ def test_tracking_figures_come_first_with_their_ratio(
     app: typer.Typer, cases: tuple[Path, Path]
 ) -> None:
     """After settling and over the common time alone, so that the spikes outside do not count."""
-    found = figures(*load_runs(*cases))
-    assert found is not None
-    assert (found.begin, found.end) == (2.0, 3.0)
-    e, most, torque = found.rows
+    both = figures(*load_runs(*cases))
+    assert both is not None
+    assert (both.begin, both.end) == (2.0, 3.0)
+    e, most, torque = both.rows
     assert e.first == pytest.approx(30, rel=1e-3)
     assert (e.second, most.first, most.second) == pytest.approx((40, 45, 40))
     assert (torque.first, torque.second, torque.ratio) == pytest.approx((0.002, 0.004, 2))
@@ -175,9 +175,9 @@ def test_runs_without_feedback_have_no_tracking_figures(
 
 def test_ratio_of_nothing_is_no_number(app: typer.Typer, tmp_path: Path) -> None:
     paths = [save(tracked(e, e), tmp_path / f"{e:g}.h5") for e in (0.0, 1e-6)]
-    found = figures(*load_runs(*paths))
-    assert found is not None
-    assert all(math.isnan(row.ratio) for row in found.rows)
+    both = figures(*load_runs(*paths))
+    assert both is not None
+    assert all(math.isnan(row.ratio) for row in both.rows)
     words = ["compare", *map(str, paths), "--plots", "0", "--json"]
     data = json.loads(CliRunner().invoke(app, words).stdout)
     assert data["tracking"]["e_rms_urad"]["ratio"] is None

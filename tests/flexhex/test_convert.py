@@ -18,10 +18,10 @@ from tests.flexhex.test_view import run_of
 
 @pytest.fixture
 def app() -> typer.Typer:
-    made = typer.Typer()
-    made.command("convert")(convert_command)
-    made.callback()(lambda: None)
-    return made
+    application = typer.Typer()
+    application.command("convert")(convert_command)
+    application.callback()(lambda: None)
+    return application
 
 
 def converted(app: typer.Typer, source: Path, target: Path) -> Path:
@@ -31,13 +31,13 @@ def converted(app: typer.Typer, source: Path, target: Path) -> Path:
 
 
 def test_result_is_the_same_after_a_turn_through_csv(app: typer.Typer, tmp_path: Path) -> None:
-    made = run_of(seconds=0.5, case="fixed")
-    csv = converted(app, save(made, tmp_path / "run.h5"), tmp_path / "run.csv")
+    built = run_of(seconds=0.5, case="fixed")
+    csv = converted(app, save(built, tmp_path / "run.h5"), tmp_path / "run.csv")
     again = load(converted(app, csv, tmp_path / "again.h5"))
     assert again.meta == {"case": "fixed"}
     for name in ("plant.theta", "feedback.e", "plant.fault"):
-        assert np.array_equal(again[name], made[name])
-        assert again.group(name).units == made.group(name).units
+        assert np.array_equal(again[name], built[name])
+        assert again.group(name).units == built.group(name).units
 
 
 def test_log_with_its_own_units_is_in_si_afterwards(app: typer.Typer, tmp_path: Path) -> None:
@@ -46,12 +46,12 @@ def test_log_with_its_own_units_is_in_si_afterwards(app: typer.Typer, tmp_path: 
     rows = np.column_stack([3.0 + t, 90.0 * np.sin(9 * t), 250.0 * np.cos(9 * t)])
     head = "time,theta,tau_meas\ns,deg,mN m"
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=head, comments="")
-    found = load(converted(app, tmp_path / "log.csv", tmp_path / "log.h5"))
-    assert np.allclose(found["theta"], np.pi / 2 * np.sin(9 * t))
-    assert np.allclose(found["tau_meas"], 0.25 * np.cos(9 * t))
-    assert found.group("theta").units["theta"] == "rad"
+    loaded = load(converted(app, tmp_path / "log.csv", tmp_path / "log.h5"))
+    assert np.allclose(loaded["theta"], np.pi / 2 * np.sin(9 * t))
+    assert np.allclose(loaded["tau_meas"], 0.25 * np.cos(9 * t))
+    assert loaded.group("theta").units["theta"] == "rad"
     again = read_log(converted(app, tmp_path / "log.h5", tmp_path / "si.csv"))
-    assert np.allclose(again.theta[:, 0], found["theta"])
+    assert np.allclose(again.theta[:, 0], loaded["theta"])
 
 
 def test_what_cannot_be_written_is_said_before_reading(app: typer.Typer, tmp_path: Path) -> None:

@@ -36,11 +36,11 @@ def test_apply_adds_without_asking(workflow: Workflow, call: Callable[..., Any])
     assert "copy of the machine file and build it?" not in done.output
 
 
-@pytest.mark.parametrize("found", [NONE, UNKNOWN, CANNOT], ids=lambda f: f.verdict)
+@pytest.mark.parametrize("diagnosis", [NONE, UNKNOWN, CANNOT], ids=lambda f: f.verdict)
 def test_apply_adds_nothing_where_nothing_was_named(
-    found: Diagnosis, workflow: Workflow, call: Callable[..., Any]
+    diagnosis: Diagnosis, workflow: Workflow, call: Callable[..., Any]
 ) -> None:
-    workflow.answer = found
+    workflow.answer = diagnosis
     call("run1.csv", "--apply")
     assert workflow.added is False
 
@@ -89,11 +89,11 @@ def test_json_is_all_that_stands_on_stdout(
 ) -> None:
     workflow.answer = EXAMPLES[name]
     done = call("run1.csv", "--json")
-    found = json.loads(done.stdout, parse_constant=lambda text: pytest.fail(f"{text} in JSON"))
-    assert found["verdict"] == EXAMPLES[name].verdict
-    assert [e["id"] for e in found["effects"]] == [e.id for e in EXAMPLES[name].effects]
-    assert found["residual"]["unit"] == "N m"
-    assert Path(found["report"]).is_file()
+    data = json.loads(done.stdout, parse_constant=lambda text: pytest.fail(f"{text} in JSON"))
+    assert data["verdict"] == EXAMPLES[name].verdict
+    assert [e["id"] for e in data["effects"]] == [e.id for e in EXAMPLES[name].effects]
+    assert data["residual"]["unit"] == "N m"
+    assert Path(data["report"]).is_file()
     assert "diagnosing" in done.stderr
 
 
@@ -148,9 +148,9 @@ def test_effect_with_rivals_gets_its_experiment_written(
 ) -> None:
     seen: list[Any] = []
 
-    def planned(found: Diagnosis, *more: Any) -> Diagnosis:
+    def planned(diagnosis: Diagnosis, *more: Any) -> Diagnosis:
         seen.extend(more)
-        return found
+        return diagnosis
 
     monkeypatch.setattr("flexhex.diagnosis.planning.experiment.with_experiments", planned)
     call("a.csv")

@@ -23,9 +23,9 @@ HEAD = 'extends = "tflex.toml"\ndiagnosed = true\n'
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """A machine file to which an effect was added."""
-    made = tmp_path / "machine.toml"
-    made.write_text(HEAD + '[[effects]]\nid = "coulomb_friction"\n', encoding="utf-8")
-    return made
+    written = tmp_path / "machine.toml"
+    written.write_text(HEAD + '[[effects]]\nid = "coulomb_friction"\n', encoding="utf-8")
+    return written
 
 
 def rebuilt(path: Path, withdrawn: tuple[str, ...] = (), left_out: tuple[str, ...] = ()) -> Rebuilt:

@@ -58,41 +58,41 @@ def test_motion_is_that_of_the_reference_block(
     """Angles are rounded to 1e-10 rad, hence half of that and the last bits of a sine."""
     t, (r, _, _) = one_pass(kind=number, amplitude=[0.1] * 6, **parameters)
     spec = Experiment(kind, {**parameters, "amplitude": 0.1})
-    made = make(spec, Limits.of_machine(machine), TS)
+    motion = make(spec, Limits.of_machine(machine), TS)
     first = round(BEFORE / TS)
     count = len(t) - 1
-    assert_close(made.r[first : first + count], r[:count], atol=6e-11, rtol=0)
+    assert_close(motion.r[first : first + count], r[:count], atol=6e-11, rtol=0)
 
 
 @pytest.mark.parametrize("name", library())
 def test_every_experiment_keeps_within_the_stroke_and_rests_at_both_ends(
     name: str, machine: Machine
 ) -> None:
-    made = make(library()[name].spec, Limits.of_machine(machine), SLOW)
-    assert np.abs(made.r).max() <= USED * machine.geometry.stroke
-    assert np.abs(made.r).max() > 1e-3
+    motion = make(library()[name].spec, Limits.of_machine(machine), SLOW)
+    assert np.abs(motion.r).max() <= USED * machine.geometry.stroke
+    assert np.abs(motion.r).max() > 1e-3
     rest = round(0.9 / SLOW)
-    assert np.abs(made.r[:rest]).max() == 0
-    assert np.abs(made.r[-rest:]).max() == 0
+    assert np.abs(motion.r[:rest]).max() == 0
+    assert np.abs(motion.r[-rest:]).max() == 0
 
 
 @pytest.mark.parametrize("name", library())
 def test_every_experiment_keeps_the_limits_of_another_machine(name: str) -> None:
     """Differences see at most the true extremes; 1e-10 rad over SLOW^2 is 2.5e-5 rad/s2."""
-    made = make(library()[name].spec, TIGHT, SLOW)
-    rate, change = rates(made.r, SLOW)
-    assert (made.r >= TIGHT.low).all()
-    assert (made.r <= TIGHT.high).all()
+    motion = make(library()[name].spec, TIGHT, SLOW)
+    rate, change = rates(motion.r, SLOW)
+    assert (motion.r >= TIGHT.low).all()
+    assert (motion.r <= TIGHT.high).all()
     assert (np.abs(rate).max(axis=0) <= TIGHT.speed).all()
     assert (np.abs(change).max(axis=0) <= TIGHT.acceleration).all()
-    assert (np.ptp(made.r, axis=0) > 1e-5).all(), "both axes move, if only at 40 Hz"
-    assert made.r[0] == pytest.approx(TIGHT.middle, abs=1e-10)
+    assert (np.ptp(motion.r, axis=0) > 1e-5).all(), "both axes move, if only at 40 Hz"
+    assert motion.r[0] == pytest.approx(TIGHT.middle, abs=1e-10)
 
 
 def test_a_limit_is_used_and_not_only_kept() -> None:
     """A random motion as large as the speed allows: 95 % of it, by differences a little less."""
-    made = make(Experiment("random", {"amplitude": 1.0}), TIGHT, SLOW)
-    rate, _ = rates(made.r, SLOW)
+    motion = make(Experiment("random", {"amplitude": 1.0}), TIGHT, SLOW)
+    rate, _ = rates(motion.r, SLOW)
     used = np.abs(rate).max(axis=0) / TIGHT.speed
     assert (used <= USED).all()
     assert used.max() > USED - 0.01
@@ -101,9 +101,9 @@ def test_a_limit_is_used_and_not_only_kept() -> None:
 def test_axis_that_cannot_move_rests() -> None:
     fixed = replace(TIGHT, low=np.array([0.0, 0.2]), high=np.array([0.0, 0.3]))
     for kind in ("random", "triangle", "multisine", "chirp"):
-        made = make(Experiment(kind, {"duration": 4.0}), fixed, SLOW)
-        assert np.ptp(made.r[:, 0]) == 0
-        assert np.ptp(made.r[:, 1]) > 1e-4
+        motion = make(Experiment(kind, {"duration": 4.0}), fixed, SLOW)
+        assert np.ptp(motion.r[:, 0]) == 0
+        assert np.ptp(motion.r[:, 1]) > 1e-4
 
 
 @pytest.mark.parametrize(("speed", "acceleration"), [(1e-4, 3.0), (0.4, 1e-6), (1e-4, 1e-6)])
@@ -111,9 +111,9 @@ def test_triangle_of_a_slow_axis_ends_within_four_durations(
     speed: float, acceleration: float
 ) -> None:
     slow = replace(TIGHT, speed=np.full(2, speed), acceleration=np.full(2, acceleration))
-    made = make(Experiment("triangle", {"duration": 10.0}), slow, SLOW)
-    assert 10 < SLOW * len(made.r) <= 44
-    assert (np.ptp(made.r, axis=0) > 1e-6).all()
+    motion = make(Experiment("triangle", {"duration": 10.0}), slow, SLOW)
+    assert 10 < SLOW * len(motion.r) <= 44
+    assert (np.ptp(motion.r, axis=0) > 1e-6).all()
 
 
 def test_unknown_kind_is_refused() -> None:
@@ -128,14 +128,14 @@ def trajectory() -> Trajectory:
 
 
 def test_file_reads_back_exactly(tmp_path: Path) -> None:
-    made = trajectory()
-    found = read_trajectory(write_trajectory(made, tmp_path / "new" / "x.csv"))
-    assert np.array_equal(found.r, made.r)
-    assert found.ts == pytest.approx(made.ts, rel=1e-9)
-    assert dict(found.meta) == dict(made.meta)
-    assert found.meta["payloads"] == "0 kg, 1.5 kg"
+    motion = trajectory()
+    loaded = read_trajectory(write_trajectory(motion, tmp_path / "new" / "x.csv"))
+    assert np.array_equal(loaded.r, motion.r)
+    assert loaded.ts == pytest.approx(motion.ts, rel=1e-9)
+    assert dict(loaded.meta) == dict(motion.meta)
+    assert loaded.meta["payloads"] == "0 kg, 1.5 kg"
     lines = (tmp_path / "new" / "x.csv").read_text().splitlines()
-    assert lines[len(made.meta) : len(made.meta) + 2] == ["time,r[1],r[2]", "s,rad,rad"]
+    assert lines[len(motion.meta) : len(motion.meta) + 2] == ["time,r[1],r[2]", "s,rad,rad"]
 
 
 def test_file_is_the_same_every_time(tmp_path: Path) -> None:
@@ -148,18 +148,18 @@ def test_file_is_the_same_every_time(tmp_path: Path) -> None:
 
 def test_file_with_measured_columns_beside_it_is_a_log(tmp_path: Path) -> None:
     """What a user does: runs it, and logs angles and torques beside r."""
-    made = trajectory()
-    path = write_trajectory(made, tmp_path / "x.csv")
-    head = len(made.meta)
+    motion = trajectory()
+    path = write_trajectory(motion, tmp_path / "x.csv")
+    head = len(motion.meta)
     lines = path.read_text().splitlines()
     lines[head] += ",theta[1],theta[2],tau_meas[1],tau_meas[2]"
     lines[head + 1] += ",rad,rad,N m,N m"
     rows = [
-        f"{line},{a},{b},{a},{b}" for line, (a, b) in zip(lines[head + 2 :], made.r, strict=True)
+        f"{line},{a},{b},{a},{b}" for line, (a, b) in zip(lines[head + 2 :], motion.r, strict=True)
     ]
     path.write_text("\n".join([*lines[: head + 2], *rows]))
     log = read_log(path)
-    assert np.array_equal(log["r"].values, made.r)
+    assert np.array_equal(log["r"].values, motion.r)
     assert log.trajectory == "next-x"
 
 
@@ -192,8 +192,8 @@ def test_effects_with_rivals_get_a_file_and_others_none(tmp_path: Path) -> None:
     (effect,) = AMBIGUOUS.effects
     asking = replace(AMBIGUOUS, effects=(replace(effect, experiment=None),))
     limits = replace(TIGHT, speed=np.array([2.0, 2.0]))
-    (found,) = with_experiments(asking, limits, tmp_path, SLOW).effects
-    assert found.experiment == str(tmp_path / "next-coulomb_friction.csv")
+    (planned,) = with_experiments(asking, limits, tmp_path, SLOW).effects
+    assert planned.experiment == str(tmp_path / "next-coulomb_friction.csv")
     assert read_trajectory(tmp_path / "next-coulomb_friction.csv").meta["kind"] == "triangle"
     stranger = replace(AMBIGUOUS, effects=(replace(effect, id="my_own_effect"),))
     assert with_experiments(stranger, limits, tmp_path, SLOW).effects == stranger.effects

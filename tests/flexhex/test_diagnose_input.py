@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from flexhex import cli
-from tests.diagnosis.made import motion, plain_csv
 from tests.diagnosis.single import write
+from tests.diagnosis.synthetic import motion, plain_csv
 
 HEAD = ["# trajectory: 1", "# pass: 1", "time,theta[1],tau_meas[1]", "s,rad,N m"]
 
@@ -87,22 +87,22 @@ def shown(text: str) -> str:
 def test_two_motions_and_a_held_out_one_end_with_a_name_and_a_page(user: User) -> None:
     held_out = write(user.folder / "held-out.csv", 3, 1, 0.12)
     done = user.call(*user.good, "--held-out", held_out, "--json")
-    found = json.loads(done.out)
+    data = json.loads(done.out)
     # the axis has a little more friction when slow, which these runs hardly show
     assert done.code == 1
-    assert found["verdict"] in ("named", "ambiguous")
-    assert [effect["id"] for effect in found["effects"]] == ["coulomb_friction"]
-    assert set(found["effects"][0]["rivals"]) <= {"stribeck_friction"}
-    assert found["residual"]["judged_on"] == "held-out runs"
-    assert Path(found["report"]).read_text().count("Coulomb friction") > 1
+    assert data["verdict"] in ("named", "ambiguous")
+    assert [effect["id"] for effect in data["effects"]] == ["coulomb_friction"]
+    assert set(data["effects"][0]["rivals"]) <= {"stribeck_friction"}
+    assert data["residual"]["judged_on"] == "held-out runs"
+    assert Path(data["report"]).read_text().count("Coulomb friction") > 1
 
 
 def test_isolability_of_one_axis_ends_with_a_table_and_a_page(user: User) -> None:
     done = user.call(user.good[0], "--isolability", "--json")
-    found = json.loads(done.out)
+    data = json.loads(done.out)
     assert done.code == 0
-    assert "coulomb_friction" in found["effects"]
-    assert Path(found["report"]).is_file()
+    assert "coulomb_friction" in data["effects"]
+    assert Path(data["report"]).is_file()
 
 
 FILES: dict[str, tuple[Callable[[User], Path], str]] = {
@@ -139,8 +139,8 @@ FILES: dict[str, tuple[Callable[[User], Path], str]] = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_file_that_cannot_be_used_is_one_message(name: str, user: User) -> None:
-    made, message = FILES[name]
-    path = made(user)
+    content, message = FILES[name]
+    path = content(user)
     done = user.call(user.good[0], path)
     assert done.code == 3, done
     said = done.err.strip().splitlines()[-1]
@@ -184,7 +184,7 @@ def test_wrong_option_is_one_message(name: str, user: User) -> None:
     assert "Traceback" not in done.err
 
 
-def test_folder_that_cannot_be_written_is_told_before_any_work(user: User) -> None:
+def test_folder_that_cannot_be_written_is_reported_before_any_work(user: User) -> None:
     (user.folder / "file").write_text("")
     for out in (user.folder / "file", user.folder / "file" / "sub"):
         done = user.call(*user.good, out=out)
@@ -234,16 +234,16 @@ def test_numbers_that_are_missing_change_no_name(user: User) -> None:
     assert "is not a number in 1999 samples" in shown(done.out)
 
 
-def test_torque_constant_that_is_not_used_is_told(user: User) -> None:
+def test_torque_constant_that_is_not_used_is_reported(user: User) -> None:
     done = user.call(user.good[0], "--torque-constant", "3.0")
     assert "the torque constant that was given is not used" in shown(done.out)
 
 
-def test_units_of_a_planned_motion_can_be_told(user: User) -> None:
+def test_units_of_a_planned_motion_can_be_given(user: User) -> None:
     degrees = [[r[0], str(np.degrees(float(r[1]))), r[2]] for r in user.rows()]
-    plain, told = user.good[0], user.file("a.csv", degrees, [*HEAD[:3], "s,,N m"])
+    plain, with_units = user.good[0], user.file("a.csv", degrees, [*HEAD[:3], "s,,N m"])
     a = json.loads(user.call(plain, "--isolability", "--json").out)
-    b = json.loads(user.call(told, "--isolability", "--json", "--unit", "theta=deg").out)
-    first, second = (np.array(found["smallest"]["values"], dtype=float) for found in (a, b))
+    b = json.loads(user.call(with_units, "--isolability", "--json", "--unit", "theta=deg").out)
+    first, second = (np.array(values["smallest"]["values"], dtype=float) for values in (a, b))
     # angles of seven digits
     np.testing.assert_allclose(first, second, rtol=1e-3)

@@ -30,11 +30,11 @@ from tests.flexhex.diagnoses import (
 INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
-def page(found: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
+def page(diagnosis: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
     """The page and its figures."""
     (folder / "run1.csv").write_text("x", encoding="utf-8")
     path = write_diagnosis(
-        found, INVOCATION, [folder / "run1.csv", Path("gone.csv")], folder / "p.html"
+        diagnosis, INVOCATION, [folder / "run1.csv", Path("gone.csv")], folder / "p.html"
     )
     text = path.read_text(encoding="utf-8")
     drawn = re.search(r"^const figures = (.*);$", text, re.M)
@@ -76,7 +76,7 @@ def test_bars_of_the_residual_are_its_figures() -> None:
     assert len(residual_bars("", "N m", before, after)["data"]) == 2
 
 
-def test_candidates_are_sorted_and_told_apart_by_colour() -> None:
+def test_candidates_are_sorted_and_distinguished_by_colour() -> None:
     first = [c for c in BASIC.candidates if c.round == 1]
     many = first + [replace(first[-1], id=f"effect_{k}", gain=0.001 * k) for k in range(9)]
     drawn = candidate_bars(1, many)
@@ -103,15 +103,15 @@ def test_heat_table_colours_and_figures_are_the_shares() -> None:
 def test_candidates_of_one_name_are_one_bar() -> None:
     """The search tries an effect at several shapes: the chosen one is shown, else the best."""
     first = BASIC.candidates[0]
-    made = [
+    listed = [
         replace(
             first, id="coulomb_friction", shape={"s_0": s}, gain=gain, chosen=chosen, rival=False
         )
         for s, gain, chosen in ((1e-6, 30.0, False), (1e-5, 29.0, True), (1e-4, 2.0, False))
     ]
-    bars = candidate_bars(1, made)["data"]
+    bars = candidate_bars(1, listed)["data"]
     assert [(bar["name"], bar["x"]) for bar in bars] == [("named", [29.0])]
-    (bar,) = candidate_bars(1, [made[0], made[2]])["data"]
+    (bar,) = candidate_bars(1, [listed[0], listed[2]])["data"]
     assert (bar["name"], bar["x"]) == ("other", [30.0])
 
 

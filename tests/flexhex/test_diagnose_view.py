@@ -36,20 +36,20 @@ from tests.flexhex.diagnoses import (
 INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
-def shown(found: Diagnosis, width: int = 80) -> str:
+def shown(diagnosis: Diagnosis, width: int = 80) -> str:
     """What the terminal shows."""
     out = Console(file=io.StringIO(), width=width)
-    print_diagnosis(found, INVOCATION, out)
+    print_diagnosis(diagnosis, INVOCATION, out)
     text = out.file.getvalue()  # type: ignore[attr-defined]
     assert isinstance(text, str)
     return text
 
 
 def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
-    assert {found.verdict for found in EXAMPLES.values()} == set(VERDICTS)
-    for found in EXAMPLES.values():
-        text = " ".join(shown(found).split())
-        assert text.startswith(verdict(found)), text[:200]
+    assert {example.verdict for example in EXAMPLES.values()} == set(VERDICTS)
+    for example in EXAMPLES.values():
+        text = " ".join(shown(example).split())
+        assert text.startswith(verdict(example)), text[:200]
 
 
 @pytest.mark.parametrize(
@@ -72,9 +72,9 @@ def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, 
 
 def test_lopsided_interval_is_given_by_its_ends() -> None:
     """In the table the unit stands in a column of its own, and nowhere else."""
-    found = Estimate(0.05, (0.04, 0.09), "N m")
-    assert measured(found) == "0.0500 N m (0.0400 to 0.0900 N m)"
-    effect = replace(BASIC.effects[0], parameters={"F_c": found})
+    value = Estimate(0.05, (0.04, 0.09), "N m")
+    assert measured(value) == "0.0500 N m (0.0400 to 0.0900 N m)"
+    effect = replace(BASIC.effects[0], parameters={"F_c": value})
     (row,) = effect_rows(replace(BASIC, effects=(effect,)))
     assert row[3:5] == ("0.0500 (0.0400 to 0.0900)", "N m")
 

@@ -93,11 +93,11 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
     gain = replace(BASIC, effects=(Named("drive_gain", "", (2,), {"g": estimate(0.2, 0.01, "1")}),))
     assert "(the drive reports 1.200 times what the joint gets) that" in verdict(gain)
     dry = {"F_c": estimate(4.0, 0.2), "F_s": estimate(2.5, 0.2)}
-    found = replace(BASIC, effects=(Named("stribeck_friction", "", (1,), dry),))
-    assert "of 4.0 ± 0.2 N m (breakaway at 6.5 N m) that" in verdict(found)
+    diagnosis = replace(BASIC, effects=(Named("stribeck_friction", "", (1,), dry),))
+    assert "of 4.0 ± 0.2 N m (breakaway at 6.5 N m) that" in verdict(diagnosis)
     limit = {"clip": estimate(0.98, 0.05, "1"), "tau_lim": estimate(8.6, 0.25, "N m")}
-    found = replace(BASIC, effects=(Named("torque_saturation", "", (1,), limit),))
-    assert "a torque limit of 8.6 ± 0.2 N m that" in verdict(found)
+    diagnosis = replace(BASIC, effects=(Named("torque_saturation", "", (1,), limit),))
+    assert "a torque limit of 8.6 ± 0.2 N m that" in verdict(diagnosis)
 
 
 def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
@@ -110,19 +110,21 @@ def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
 def test_amplitudes_of_sine_and_cosine_are_one_size() -> None:
     """hypot(3, 4) = 5; other units, as those of a drift's two gains, are no pair."""
     pair = {"a": estimate(0.03, 0.001), "b": estimate(-0.04, 0.001)}
-    found = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), pair),))
-    assert "Axis 1 has a cogging harmonic of 0.0500 N m that" in verdict(found)
+    diagnosis = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), pair),))
+    assert "Axis 1 has a cogging harmonic of 0.0500 N m that" in verdict(diagnosis)
     other = {"g_t": estimate(0.03, 0.001, "1"), "g_w": estimate(0.1, 0.01, "1/N2 m2")}
-    found = replace(BASIC, effects=(Named("thermal_drift", "", (1,), other),))
-    assert "Axis 1 has thermal drift of the motor constant that" in verdict(found)
+    diagnosis = replace(BASIC, effects=(Named("thermal_drift", "", (1,), other),))
+    assert "Axis 1 has thermal drift of the motor constant that" in verdict(diagnosis)
 
 
 def test_effect_on_the_whole_machine_and_one_from_nowhere_have_sentences() -> None:
     tilt = {"tilt_x": estimate(0.003, 0.0004, "rad"), "tilt_y": estimate(0.004, 0.0004, "rad")}
-    found = replace(BASIC, effects=(Named("gravity_tilt", "", (), tilt, share=0.8),))
-    assert verdict(found).startswith("The machine as a whole has a tilted base of 0.00500 rad that")
-    found = replace(BASIC, effects=(Named("my_own_effect", "", (2,), {}),))
-    assert verdict(found).startswith("Axis 2 has my own effect that the model lacks")
+    diagnosis = replace(BASIC, effects=(Named("gravity_tilt", "", (), tilt, share=0.8),))
+    assert verdict(diagnosis).startswith(
+        "The machine as a whole has a tilted base of 0.00500 rad that"
+    )
+    diagnosis = replace(BASIC, effects=(Named("my_own_effect", "", (2,), {}),))
+    assert verdict(diagnosis).startswith("Axis 2 has my own effect that the model lacks")
 
 
 def test_every_effect_of_the_library_has_a_phrase_that_reads() -> None:

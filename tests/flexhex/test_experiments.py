@@ -63,11 +63,11 @@ def test_share_of_power_is_one_minus_the_square() -> None:
     """0.0016 and 0.0117 N m give 86.3 % of RMS values; of mean squares it is 98.1 %."""
     apart, adaptive = (Figures(1.0, tau, *[1.0] * 6) for tau in (0.0016, 0.0117))
     none = np.zeros((1, 1, 1))
-    found = repeat.Repeatability(
+    result = repeat.Repeatability(
         3, adaptive, apart, apart, adaptive, none[0, 0], none, none, none[0]
     )
-    assert found.repeatable_share == pytest.approx(0.863, abs=5e-4)
-    assert found.repeatable_share_of_power == pytest.approx(0.981, abs=5e-4)
+    assert result.repeatable_share == pytest.approx(0.863, abs=5e-4)
+    assert result.repeatable_share_of_power == pytest.approx(0.981, abs=5e-4)
 
 
 def loop(c: float, slope: float, offset: float) -> tuple[Any, Any]:
@@ -84,19 +84,19 @@ def test_loop_loses_its_own_line_and_keeps_its_width() -> None:
     """Lines differ, everything else is alike: nothing is missed, and 2 c is the width."""
     theta, measured = loop(0.07, 0.5, -1.6)
     _, model = loop(0.07, 0.3, -1.0)
-    found = hysteresis.split(theta, measured, model, 1, 0.05)
-    assert found.missed < 1e-12
-    assert found.line_measured[1] - found.line_model[1] == pytest.approx(0.2, abs=1e-9)
-    assert found.line_measured[0] - found.line_model[0] == pytest.approx(-0.6, abs=1e-9)
-    assert found.width("measured") == pytest.approx(0.14, rel=0.01)
+    split = hysteresis.split(theta, measured, model, 1, 0.05)
+    assert split.missed < 1e-12
+    assert split.line_measured[1] - split.line_model[1] == pytest.approx(0.2, abs=1e-9)
+    assert split.line_measured[0] - split.line_model[0] == pytest.approx(-0.6, abs=1e-9)
+    assert split.width("measured") == pytest.approx(0.14, rel=0.01)
     _, thin = loop(0.05, 0.5, -1.6)
     assert hysteresis.split(theta, measured, thin, 1, 0.05).missed == pytest.approx(0.02, rel=0.01)
 
 
 def test_branches_go_one_way() -> None:
-    found = hysteresis.split(*loop(0.07, 0.5, 0.0), loop(0.07, 0.5, 0.0)[1], 1, 0.05)
-    assert (np.diff(found.forward.theta) > 0).all()
-    assert (np.diff(found.backward.theta) < 0).all()
+    split = hysteresis.split(*loop(0.07, 0.5, 0.0), loop(0.07, 0.5, 0.0)[1], 1, 0.05)
+    assert (np.diff(split.forward.theta) > 0).all()
+    assert (np.diff(split.backward.theta) < 0).all()
 
 
 def test_predicted_torque_is_phi_times_p() -> None:
@@ -119,10 +119,10 @@ def test_angle_and_torque_are_of_one_instant(machine: Machine) -> None:
     tau = np.ones_like(theta) + 2.0 * theta
     result = Result({"a": Group(1, base, {"plant.theta": theta, "plant.tau_meas": tau})})
     p = np.zeros(len(parameters(machine)))
-    found = hysteresis.evaluate(MotionModel(machine), p, result, 0, speed)
-    assert found.line_measured == pytest.approx((1.0, 2.0), abs=1e-9)
-    assert found.size < 1e-9
-    assert abs(found.width("measured")) < 1e-9
+    actual = hysteresis.evaluate(MotionModel(machine), p, result, 0, speed)
+    assert actual.line_measured == pytest.approx((1.0, 2.0), abs=1e-9)
+    assert actual.size < 1e-9
+    assert abs(actual.width("measured")) < 1e-9
 
 
 def test_mask_lets_the_end_effector_adapt_alone(machine: Machine) -> None:
@@ -151,17 +151,17 @@ def test_payload_times_start_with_the_simulation() -> None:
 
 def test_model_itself_is_projected_onto_its_own_parameters(machine: Machine, fmu_dir: Path) -> None:
     """plant.fmu holds the file's values, whose arms are alike: projecting loses nothing."""
-    found = estimates.projected(machine, estimates.start_values(fmu_dir / "plant.fmu"))
-    assert found == pytest.approx(base_parameters(machine), rel=1e-9, abs=1e-12)
+    result = estimates.projected(machine, estimates.start_values(fmu_dir / "plant.fmu"))
+    assert result == pytest.approx(base_parameters(machine), rel=1e-9, abs=1e-12)
 
 
 def test_truth_differs_from_the_file_as_the_truth_file_says(
     machine: Machine, fmu_dir: Path
 ) -> None:
     """Actuator terms by 5 %: of 132 draws the RMS lies within 20 % of that."""
-    found = estimates.projected(machine, estimates.start_values(fmu_dir / "machine.fmu"))
+    result = estimates.projected(machine, estimates.start_values(fmu_dir / "machine.fmu"))
     nominal = base_parameters(machine)
-    assert rms((found / nominal - 1)[:132]) == pytest.approx(0.05, rel=0.2)
+    assert rms((result / nominal - 1)[:132]) == pytest.approx(0.05, rel=0.2)
 
 
 def test_warm_parameters_act_like_the_drift(machine: Machine) -> None:
@@ -184,14 +184,14 @@ def test_warm_parameters_act_like_the_drift(machine: Machine) -> None:
 
 def test_variant_changes_what_it_names_alone() -> None:
     base = Case("a", "b", "machine", 1.0, {"reference": {"seed": 1.0, "passes": 1.0}, "W": {}})
-    made = variant(base, "c", "d", 2.0, {"reference": {"passes": 3.0}, "plant": {"age": 1.0}})
-    assert made.starts == {
+    built = variant(base, "c", "d", 2.0, {"reference": {"passes": 3.0}, "plant": {"age": 1.0}})
+    assert built.starts == {
         "reference": {"seed": 1.0, "passes": 3.0},
         "W": {},
         "plant": {"age": 1.0},
     }
     assert base.starts["reference"]["passes"] == 1.0
-    assert (made.name, made.title, made.duration) == ("c", "d", 2.0)
+    assert (built.name, built.title, built.duration) == ("c", "d", 2.0)
 
 
 def test_samples_begin_with_the_first_pass() -> None:

@@ -54,18 +54,18 @@ def test_places_of_all_experiments_differ(results: dict[str, Any]) -> None:
 
 def test_machine_repeats_better_than_it_follows(results: dict[str, Any]) -> None:
     """The plots' deviations are the table's up to its first sample, which comes one later."""
-    found = results["repeatability"]
-    assert found.plain.e < found.apart.e < found.fixed.e
-    left = 1e6 * found.factor * rms(found.deviation)
-    assert left == pytest.approx(found.apart.e, rel=1e-4)
-    assert found.e.shape == (3, *found.e_adaptive.shape)
+    result = results["repeatability"]
+    assert result.plain.e < result.apart.e < result.fixed.e
+    left = 1e6 * result.factor * rms(result.deviation)
+    assert left == pytest.approx(result.apart.e, rel=1e-4)
+    assert result.e.shape == (3, *result.e_adaptive.shape)
 
 
 def test_model_line_follows_the_measured_loop(results: dict[str, Any]) -> None:
     """Even the unfitted model, actuators 5 % off, explains most of cogging and hysteresis."""
-    found = results["hysteresis"]
-    assert found.missed < 0.3 * found.size
-    assert found.width("model") == pytest.approx(found.width("measured"), rel=0.15)
+    result = results["hysteresis"]
+    assert result.missed < 0.3 * result.size
+    assert result.width("model") == pytest.approx(result.width("measured"), rel=0.15)
 
 
 def test_estimated_mass_follows_the_true_one(results: dict[str, Any]) -> None:
@@ -89,9 +89,9 @@ def test_every_parameter_has_a_row_and_what_is_not_determined_is_marked(
 
 
 def test_share_within_two_deviations_counts_parameters(results: dict[str, Any]) -> None:
-    found = results["parameters"]
-    exact = dataclasses.replace(found, cold=found.fit + 1.9 * found.std)
-    off = dataclasses.replace(found, cold=found.fit + 2.1 * found.std)
+    result = results["parameters"]
+    exact = dataclasses.replace(result, cold=result.fit + 1.9 * result.std)
+    off = dataclasses.replace(result, cold=result.fit + 2.1 * result.std)
     assert exact.within()[0] == 1.0
     assert off.within()[0] == 0.0
 

@@ -41,8 +41,8 @@ def moved(machine: Machine, fit: Fit, **by: float) -> Fit:
 def test_table_groups_bodies_and_counts_what_is_not_determined(
     machine: Machine, fit: Fit, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = moved(machine, fit, **{"actuator[1].o": 3 * STD, "actuator[2].a[3]": -7 * STD})
-    print_fit(machine, replace(found, undetermined=("actuator[1].k", "actuator[4].b[2]")))
+    fitted = moved(machine, fit, **{"actuator[1].o": 3 * STD, "actuator[2].a[3]": -7 * STD})
+    print_fit(machine, replace(fitted, undetermined=("actuator[1].k", "actuator[4].b[2]")))
     text = capsys.readouterr().out
     (row,) = [line for line in text.splitlines() if line.strip().startswith("actuator[1].o")]
     assert row.split() == ["actuator[1].o", "-1.49970", "±", "0.00010", "-1.5", "+3.0", "N", "m"]
@@ -51,7 +51,7 @@ def test_table_groups_bodies_and_counts_what_is_not_determined(
     assert "actuator[1].k *" in text
     assert "2 of 162 parameters are not determined" in text
     assert "actuator[2].a[4]" not in text
-    print_fit(machine, found, every=True)
+    print_fit(machine, fitted, every=True)
     assert "actuator[2].a[4]" in capsys.readouterr().out
 
 
@@ -77,10 +77,10 @@ def test_machine_file_holds_the_fit(machine: Machine, fit: Fit, tmp_path: Path) 
         "end_effector.m": 0.05,
     }
     arms = {f"upper.J[{k}]": 2e-4 for k in range(1, 7)}
-    found = moved(machine, fit, **shifts, **arms, **{"upper.mc_x": 1e-3, "lower.J_yy": 1e-5})
+    fitted = moved(machine, fit, **shifts, **arms, **{"upper.mc_x": 1e-3, "lower.J_yy": 1e-5})
     path = tmp_path / "fitted.toml"
-    assert write_fit(path, MACHINE_FILE, machine, found, [Path("run.h5")]) == []
-    assert base_parameters(load_machine(path)) == pytest.approx(found.p, abs=1e-12)
+    assert write_fit(path, MACHINE_FILE, machine, fitted, [Path("run.h5")]) == []
+    assert base_parameters(load_machine(path)) == pytest.approx(fitted.p, abs=1e-12)
     assert path.read_text(encoding="utf-8").count('source = "fitted"') > 10
 
 
@@ -96,9 +96,9 @@ def test_what_no_machine_can_have_stays_the_files(
         "actuator[1].k": 0.3,
         "upper.J[1]": 6e-5,
     }
-    found = replace(moved(machine, fit, **wrong), undetermined=("actuator[1].k",))
+    fitted = replace(moved(machine, fit, **wrong), undetermined=("actuator[1].k",))
     path = tmp_path / "fitted.toml"
-    (text,) = write_fit(path, MACHINE_FILE, machine, found, [Path("run.h5")])
+    (text,) = write_fit(path, MACHINE_FILE, machine, fitted, [Path("run.h5")])
     for name in ("actuator[5].d", "actuator[1].k", "lower.J_xx", "lower.mc_y", "lower.J_zz"):
         assert name in text
     expected = base_parameters(machine)
@@ -116,7 +116,7 @@ def test_what_is_kept_moves_its_partners(machine: Machine, fit: Fit) -> None:
     information = root.T @ root
     p = fit.p + rng.standard_normal(len(names))
     at = names.index("actuator[1].k")
-    found = beside(
+    fitted = beside(
         machine,
         replace(fit, p=p, covariance=np.asarray(np.linalg.inv(information), dtype=np.float64)),
         {"actuator[1].k"} | {f"upper.J[{k}]" for k in range(1, 7)},
@@ -126,8 +126,8 @@ def test_what_is_kept_moves_its_partners(machine: Machine, fit: Fit) -> None:
     file = base_parameters(machine)
     part = information[np.ix_(free, kept)] @ (file[kept] - p[kept])
     expected = p[free] - np.linalg.solve(information[np.ix_(free, free)], part)
-    assert found.p[kept] == pytest.approx(file[kept], abs=1e-9)
-    assert found.p[free] == pytest.approx(expected, abs=1e-6)
+    assert fitted.p[kept] == pytest.approx(file[kept], abs=1e-9)
+    assert fitted.p[free] == pytest.approx(expected, abs=1e-6)
 
 
 def test_table_file_holds_every_value(machine: Machine, fit: Fit, tmp_path: Path) -> None:

@@ -132,14 +132,14 @@ def test_fmu_of_what_was_found_stands_where_it_was_asked_for(
 
 def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
     pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
-    file, made = tmp_path / "cart.xml", tmp_path / "found.xml"
+    file, written = tmp_path / "cart.xml", tmp_path / "found.xml"
     file.write_text(machines.CART)
     paths = machines.cart_runs(tmp_path, machines.heavier(machines.CART), (1, 2))
-    words = ["identify", *map(str, paths), "--base", str(file), "--write", str(made)]
+    words = ["identify", *map(str, paths), "--base", str(file), "--write", str(written)]
     done = RUN.invoke(app, words)
     assert done.exit_code == 0, done.output
-    assert "frictionloss=" in made.read_text()
-    data = json.loads(made.with_suffix(".json").read_text())
+    assert "frictionloss=" in written.read_text()
+    data = json.loads(written.with_suffix(".json").read_text())
     assert {"o[2]", "wrist.m"} <= {one["name"] for one in data["parameters"]}
     done = RUN.invoke(app, [*words[:-1], str(file)])
     assert "is the robot's file itself" in str(done.exception)

@@ -38,12 +38,12 @@ def test_isolability_is_shown_and_written(
     assert "0 of 3 effects could be identified alone" in done.stdout
     page = (tmp_path / "isolability.html").read_text(encoding="utf-8")
     assert 'id="matrix"' in page
-    found = json.loads(call("a.csv", "--isolability", "--json").stdout)
-    assert found["share"] == matrix().share.tolist()
-    assert found["smallest"]["values"] == [0.002, 0.0031, None]
+    data = json.loads(call("a.csv", "--isolability", "--json").stdout)
+    assert data["share"] == matrix().share.tolist()
+    assert data["smallest"]["values"] == [0.002, 0.0031, None]
 
 
 def test_effects_are_alike_when_either_takes_over_the_other() -> None:
-    found = matrix()
-    assert (found.rivals(0), found.rivals(1), found.rivals(2)) == ([1], [0], [])
-    assert found.rivals(0, alike=0.96) == []
+    isolability = matrix()
+    assert (isolability.rivals(0), isolability.rivals(1), isolability.rivals(2)) == ([1], [0], [])
+    assert isolability.rivals(0, alike=0.96) == []

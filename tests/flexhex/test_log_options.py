@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from flexhex.cli import app
 from flexhex.fmus.common.errors import LogError, UsageError
-from tests.diagnosis.made import columns, motion, write_csv
+from tests.diagnosis.synthetic import columns, motion, write_csv
 
 WORDS = ["--unit", "theta=deg", "--unit", "tau_meas=A", "--torque-constant", "2.5"]
 
@@ -28,7 +28,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return logs
 
 
-def test_identify_reads_units_names_and_currents_as_told(seen: list[Any], tmp_path: Path) -> None:
+def test_identify_reads_units_names_and_currents_as_given(seen: list[Any], tmp_path: Path) -> None:
     names, _, values = columns(motion(1.0, n=6))
     other = [name.replace("theta", "q") for name in names]
     units = ["s", *[""] * 12]

@@ -25,22 +25,22 @@ def loop(m: Machine) -> control.StateSpace:
 
 def test_margins_are_those_of_python_control(machine: Machine) -> None:
     """1e-4: its crossings are interpolated between frequencies of its own choice."""
-    found = margins(machine)
+    own = margins(machine)
     gains, phases, _, turns, crossings, _ = control.stability_margins(loop(machine), returnall=True)
-    at = np.argmin(abs(crossings / (2 * np.pi) - found.crossover))
-    assert found.crossover == pytest.approx(crossings[at] / (2 * np.pi), rel=1e-4)
-    assert found.phase_margin == pytest.approx(phases[at], rel=1e-4)
+    at = np.argmin(abs(crossings / (2 * np.pi) - own.crossover))
+    assert own.crossover == pytest.approx(crossings[at] / (2 * np.pi), rel=1e-4)
+    assert own.phase_margin == pytest.approx(phases[at], rel=1e-4)
     decibels = 20 * np.log10(gains[turns > 0])
-    assert found.gain_up == pytest.approx(min(d for d in decibels if d > 0), rel=1e-4)
-    assert found.gain_down == pytest.approx(min(-d for d in decibels if d < 0), rel=1e-4)
+    assert own.gain_up == pytest.approx(min(d for d in decibels if d > 0), rel=1e-4)
+    assert own.gain_down == pytest.approx(min(-d for d in decibels if d < 0), rel=1e-4)
 
 
 def test_design_has_the_papers_crossover_and_phase_margin(machine: Machine) -> None:
     """10 Hz and 45 degrees, [SH, IV]; the delay that takes 45 degrees at 10 Hz is 12.5 ms."""
-    found = margins(machine)
-    assert found.crossover == pytest.approx(10.0, rel=1e-9)
-    assert found.phase_margin == pytest.approx(45.0, rel=1e-9)
-    assert found.delay_margin == pytest.approx(12.5, rel=1e-9)
+    own = margins(machine)
+    assert own.crossover == pytest.approx(10.0, rel=1e-9)
+    assert own.phase_margin == pytest.approx(45.0, rel=1e-9)
+    assert own.delay_margin == pytest.approx(12.5, rel=1e-9)
 
 
 def test_bode_plot_crosses_where_the_margins_say(machine: Machine) -> None:

@@ -200,8 +200,8 @@ def test_short_trajectories_hold_whole_periods(machine: Machine) -> None:
     """The quick run's 8 s are none of 0.7 s: the reference would refuse them."""
     brisk = machine.reference.model_copy(update={"period": 0.7})
     assert whole_moves(machine, 8.0) == 8.0
-    found = whole_moves(machine.model_copy(update={"reference": brisk}), 8.0)
-    assert found == pytest.approx(8.4, abs=1e-9)
+    moves = whole_moves(machine.model_copy(update={"reference": brisk}), 8.0)
+    assert moves == pytest.approx(8.4, abs=1e-9)
 
 
 ACTUATORS = MACHINE_FILE.with_name("tflex-actuators.toml").read_text(encoding="utf-8")

@@ -45,8 +45,8 @@ def error() -> Figure:
 
 def bars() -> Figure:
     """No line at all."""
-    made = {"type": "bar", "x": ["a", "b"], "y": [1.0, None], "name": "size"}
-    return figure("Bars", "", "size [m]", [made])
+    bar = {"type": "bar", "x": ["a", "b"], "y": [1.0, None], "name": "size"}
+    return figure("Bars", "", "size [m]", [bar])
 
 
 @pytest.fixture(scope="module")

@@ -14,12 +14,12 @@ __all__ = ["page"]
 
 def boxes(browser: Browser, *names: str) -> list[list[float]]:
     """Left, top, right, bottom of parts of the page [px]."""
-    found = browser.run(
+    result = browser.run(
         f"{json.dumps(names)}.map(name => {{ const b ="
         " document.querySelector(name).getBoundingClientRect();"
         " return [b.left, b.top, b.right, b.bottom]; })"
     )
-    return list(found)
+    return list(result)
 
 
 def test_legend_below_a_narrow_plot_leaves_room_for_the_title_of_its_axis(

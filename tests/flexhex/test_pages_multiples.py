@@ -38,11 +38,11 @@ def shown(browser: Browser, page: Path) -> Iterator[Browser]:
 
 def panels(browser: Browser, plot: str = "signal0") -> np.ndarray:
     """Left, top, right, bottom of the panels that a plot shows (n, 4) [px]."""
-    found = browser.run(
+    result = browser.run(
         f"[...document.querySelectorAll('#{plot} .nsewdrag')].map(p => {{ const b ="
         " p.getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]; })"
     )
-    return np.array(found)
+    return np.array(result)
 
 
 @pytest.mark.parametrize(("width", "columns"), [(WIDE, 3), (800, 2), (NARROW, 1)])
@@ -120,22 +120,22 @@ def test_zoom_in_one_panel_zooms_all_and_stays(shown: Browser) -> None:
     assert np.allclose(one, [1.0, 3.0], atol=0.05)
 
 
-def test_time_under_the_pointer_is_told_in_all_panels(shown: Browser) -> None:
+def test_time_under_the_pointer_is_shown_in_all_panels(shown: Browser) -> None:
     left, top, right, bottom = panels(shown)[1]
     for k in (2, 0):
         shown.mouse("mouseMoved", (left + right) / 2 - k, (top + bottom) / 2)
         shown.run("new Promise(done => setTimeout(done, 300))")
-    told = shown.run(
+    labels = shown.run(
         "[...document.querySelectorAll('#signal0 .hovertext')].map(t => t.textContent)"
     )
     time = float(shown.run("document.querySelector('#signal0 .axistext').textContent"))
     assert time == pytest.approx(2.0, abs=0.02)
-    made = run_of()
-    wanted = made["feedback.e"][round(time / made.group("feedback.e").Ts)] * 1e6
-    assert all(text.endswith(" µrad") for text in told)
-    found = [float(text.split()[0].replace("−", "-")) for text in told]
+    built = run_of()
+    wanted = built["feedback.e"][round(time / built.group("feedback.e").Ts)] * 1e6
+    assert all(text.endswith(" µrad") for text in labels)
+    times = [float(text.split()[0].replace("−", "-")) for text in labels]
     # of thinned lines a point is within 2 ms, in which the error moves by up to 1.6 urad
-    assert np.allclose(sorted(found), sorted(wanted), atol=1.6)
+    assert np.allclose(sorted(times), sorted(wanted), atol=1.6)
 
 
 def test_panels_can_have_scales_of_their_own(shown: Browser) -> None:

@@ -21,10 +21,10 @@ from tests.flexhex.test_view import run_of
 
 @pytest.fixture
 def app() -> typer.Typer:
-    made = typer.Typer()
-    made.command("plot")(plot_command)
-    made.callback()(lambda: None)
-    return made
+    application = typer.Typer()
+    application.command("plot")(plot_command)
+    application.callback()(lambda: None)
+    return application
 
 
 @pytest.fixture
@@ -57,9 +57,9 @@ def test_table_has_the_figures_of_each_scalar(app: typer.Typer, run: Path, tmp_p
     assert done.exit_code == 0, done.output
     rows = {line.split()[0]: line.split() for line in done.stdout.splitlines() if "[" in line}
     assert list(rows) == ["plant.theta[2]", *(f"feedback.e[{k}]" for k in range(1, 7))]
-    made = run_of()
-    kept = made.time("plant.theta") >= 2.0
-    theta = made["plant.theta"][kept, 1]
+    built = run_of()
+    kept = built.time("plant.theta") >= 2.0
+    theta = built["plant.theta"][kept, 1]
     figures = [float(text) for text in rows["plant.theta[2]"][2:5]]
     wanted = [1e3 * v for v in (theta.min(), theta.max(), np.sqrt(np.mean(theta**2)))]
     assert rows["plant.theta[2]"][5] == "mrad"
@@ -76,7 +76,7 @@ def test_table_has_the_figures_of_each_scalar(app: typer.Typer, run: Path, tmp_p
         "y",
         *(f"y{k}" for k in range(2, 7)),
     ]
-    e = made["feedback.e"][kept, 3] * 1e6
+    e = built["feedback.e"][kept, 3] * 1e6
     assert max(figures["signal1"]["data"][3]["y"]) == pytest.approx(e.max(), rel=1e-4)
 
 

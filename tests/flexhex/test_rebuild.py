@@ -58,11 +58,11 @@ def stiff() -> Builder:
     bare = folder / "bare.toml"
     bare.write_text(MACHINE_FILE.read_text(encoding="utf-8"), encoding="utf-8")
     with one_at_a_time(OUT):
-        made = Builder(
+        builder = Builder(
             extended_file(bare, diagnosis(stiffness(K_3)), folder / "stiff.toml"), folder
         )
-        made.systems()
-    return made
+        builder.systems()
+    return builder
 
 
 @pytest.fixture(scope="module")
@@ -84,17 +84,17 @@ def log(stiff: Builder) -> Path:
 def rebuilt(log: Path) -> Rebuilt:
     """What is made of the right effect and a wrong one."""
     folder = OUT / "rebuild" / "rebuilt"
-    found = diagnosis(stiffness(K_3), tilt(0.02))
+    given = diagnosis(stiffness(K_3), tilt(0.02))
     bare = OUT / "rebuild" / "bare.toml"
     with one_at_a_time(OUT):
-        return rebuild(bare, found, folder, held_out=[log], seconds=3.0)
+        return rebuild(bare, given, folder, held_out=[log], seconds=3.0)
 
 
 def residual(builder: Builder, log: Log) -> Array:
     machine = builder.machine
-    made = replay(builder.out / "fmus" / "plant.fmu", machine, base_parameters(machine), log)
-    assert made.followed < 1e-4, "the simulation must stay at the log's angles"
-    return made.rms
+    replayed = replay(builder.out / "fmus" / "plant.fmu", machine, base_parameters(machine), log)
+    assert replayed.followed < 1e-4, "the simulation must stay at the log's angles"
+    return replayed.rms
 
 
 def test_replay_of_the_right_model_leaves_no_residual(stiff: Builder, log: Path) -> None:
@@ -109,10 +109,10 @@ def test_replay_of_a_model_that_lacks_an_effect_shows_its_torque(
     theta = measured.theta[:, AXIS - 1]
     judged = np.arange(len(theta)) * measured.ts > 1.5
     wanted = float(np.sqrt(((K_3 * theta**3)[judged] ** 2).mean()))
-    found = residual(builder, measured)
+    result = residual(builder, measured)
     # the feedback sees the torque through its bandwidth: a tenth is lost or turned
-    assert found[AXIS - 1] == pytest.approx(wanted, rel=0.1)
-    assert found[AXIS - 1] > 10 * np.delete(found, AXIS - 1).max()
+    assert result[AXIS - 1] == pytest.approx(wanted, rel=0.1)
+    assert result[AXIS - 1] > 10 * np.delete(result, AXIS - 1).max()
 
 
 def test_replay_begins_where_the_log_begins(stiff: Builder, log: Path) -> None:
@@ -162,9 +162,9 @@ def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
     monkeypatch.setattr("flexhex.diagnose.rebuild._fit", only_old)
     bare, folder = OUT / "rebuild" / "bare.toml", OUT / "rebuild" / "unfitted"
     with one_at_a_time(OUT):
-        made = rebuild(bare, diagnosis(stiffness(K_3)), folder, [log], [log], loops=False)
+        unfitted = rebuild(bare, diagnosis(stiffness(K_3)), folder, [log], [log], loops=False)
         plain = rebuild(bare, diagnosis(stiffness(K_3)), folder, [], [log], loops=False)
-    (residuals,), (expected,) = made.residuals.values(), plain.residuals.values()
+    (residuals,), (expected,) = unfitted.residuals.values(), plain.residuals.values()
     assert np.array_equal(residuals.before, expected.before)
     assert np.array_equal(residuals.after, expected.after)
 

@@ -26,8 +26,8 @@ def test_noise_counts_in_full() -> None:
     """Three passes with independent noise of 2e-6: the factor sqrt(3 / 2) makes up for the mean."""
     shared = np.cos(np.linspace(0, 9, 20000))[:, None]
     noise = np.random.default_rng(1).normal(0, 2e-6, (60000, 1))
-    found = non_repeatable(np.vstack([shared] * 3) + noise)
-    assert found[0] == pytest.approx(2e-6, rel=0.02)
+    result = non_repeatable(np.vstack([shared] * 3) + noise)
+    assert result[0] == pytest.approx(2e-6, rel=0.02)
 
 
 def test_share_is_the_papers_for_the_papers_figures() -> None:
@@ -50,7 +50,7 @@ def test_figures_and_plots_judge_the_same_samples() -> None:
     e[round(SETTLE / base)] = 1e-3
     signals = {"plant.theta": e, "feedback.e": e, "feedback.tau_fb": e}
     result = Result({"base": Group(1, base, signals)}, duration=base * (count - 1))
-    found = evaluate(machine, [result, result])
+    actual = evaluate(machine, [result, result])
     # the plots' deviations, without the factor, in the figures' unit: sums of the same numbers
-    assert found.plain.e == pytest.approx(1e6 * rms(found.deviation), rel=1e-9)
-    assert found.plain.e > 1.5
+    assert actual.plain.e == pytest.approx(1e6 * rms(actual.deviation), rel=1e-9)
+    assert actual.plain.e > 1.5

@@ -44,6 +44,6 @@ def test_relative_path_holds_while_another_replay_loads(
     monkeypatch.setattr(replay, "fmpy", SimpleNamespace(**stub))
     monkeypatch.setattr(replay, "FMU2Slave", loaded)
     with ThreadPoolExecutor(2) as pool:
-        made = list(pool.map(replay._loaded, [Path("a.fmu"), Path("b.fmu")]))
-    assert [folder for _, folder, _ in made] == ["a.fmu", "b.fmu"]
+        loads = list(pool.map(replay._loaded, [Path("a.fmu"), Path("b.fmu")]))
+    assert [folder for _, folder, _ in loads] == ["a.fmu", "b.fmu"]
     assert Path.cwd() == tmp_path

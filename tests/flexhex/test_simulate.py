@@ -39,27 +39,27 @@ def spike(joints: int = 3) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def test_tracking_is_judged_after_the_settling_time() -> None:
-    found = tracking(simulated(spike(), 1e3 * spike()))
-    assert found is not None
-    assert (found.begin, found.end, found.joint, found.at) == (2.0, 4.0, 2, 3.0)
-    assert found.e_max == pytest.approx(9)
-    assert found.e == pytest.approx(math.sqrt((4 * (3 * 8000 - 1) + 81) / (3 * 8000)))
-    assert found.tau_fb == pytest.approx(1e-3 * found.e)
+    tracked = tracking(simulated(spike(), 1e3 * spike()))
+    assert tracked is not None
+    assert (tracked.begin, tracked.end, tracked.joint, tracked.at) == (2.0, 4.0, 2, 3.0)
+    assert tracked.e_max == pytest.approx(9)
+    assert tracked.e == pytest.approx(math.sqrt((4 * (3 * 8000 - 1) + 81) / (3 * 8000)))
+    assert tracked.tau_fb == pytest.approx(1e-3 * tracked.e)
 
 
 def test_tracking_ends_where_it_is_asked_to() -> None:
-    found = tracking(simulated(spike()), end=2.5)
-    assert found is not None
-    assert (found.end, found.e_max) == (2.5, pytest.approx(2))
-    assert math.isnan(found.tau_fb)
+    tracked = tracking(simulated(spike()), end=2.5)
+    assert tracked is not None
+    assert (tracked.end, tracked.e_max) == (2.5, pytest.approx(2))
+    assert math.isnan(tracked.tau_fb)
 
 
 def test_short_run_is_judged_whole_and_says_so() -> None:
-    found = tracking(simulated(spike()[:4001]))
-    assert found is not None
-    assert (found.begin, found.end, found.e) == (0.0, 1.0, pytest.approx(1e6))
-    assert "the run ends before 2 s" in tracking_text(found)
-    assert "τ_FB" not in tracking_text(found)
+    tracked = tracking(simulated(spike()[:4001]))
+    assert tracked is not None
+    assert (tracked.begin, tracked.end, tracked.e) == (0.0, 1.0, pytest.approx(1e6))
+    assert "the run ends before 2 s" in tracking_text(tracked)
+    assert "τ_FB" not in tracking_text(tracked)
 
 
 def test_text_has_units() -> None:
@@ -82,7 +82,7 @@ def test_json_holds_no_nan() -> None:
     assert data["fmus"]["feedback"]["warnings"] == 2
 
 
-def test_simulation_is_saved_as_csv_and_told_as_json(
+def test_simulation_is_saved_as_csv_and_printed_as_json(
     machine_ssp: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

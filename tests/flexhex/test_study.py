@@ -42,10 +42,10 @@ def out(builder: Builder, machine: Machine, tmp_path_factory: pytest.TempPathFac
     folder = tmp_path_factory.mktemp("out")
     for case in table_cases(machine, base_parameters(machine), 50.0)[1:]:
         with one_at_a_time(OUT):
-            made = builder.case(dataclasses.replace(case, name=f"study-{case.name}"))
+            variant = builder.case(dataclasses.replace(case, name=f"study-{case.name}"))
         target = folder / "cases" / case.name
         target.mkdir(parents=True)
-        shutil.copyfile(made, target / "hexapod.ssp")
+        shutil.copyfile(variant, target / "hexapod.ssp")
     return folder
 
 
@@ -92,11 +92,11 @@ def test_missing_or_foreign_systems_are_refused(out: Path, tmp_path: Path) -> No
 def test_processes_give_what_a_direct_run_gives(out: Path, tmp_path: Path) -> None:
     """Two processes, four runs, the last bit; each draw has figures of its own."""
     listed = tasks(Plan(2, SHORT), MACHINE_FILE, out)
-    found = carry_out(Plan(2, SHORT), listed, Store(tmp_path / "s.jsonl"), local(2))
-    assert found.scored[listed[2].key] == score(listed[2])
-    assert found.scored[listed[2].key] == score(listed[2], listed[2].ssp.read_bytes())
-    assert len({s.e for s in found.scored.values()}) == 4
-    assert all(s.faults == 0 and 1e-6 < s.e < 1e-2 for s in found.scored.values())
+    result = carry_out(Plan(2, SHORT), listed, Store(tmp_path / "s.jsonl"), local(2))
+    assert result.scored[listed[2].key] == score(listed[2])
+    assert result.scored[listed[2].key] == score(listed[2], listed[2].ssp.read_bytes())
+    assert len({s.e for s in result.scored.values()}) == 4
+    assert all(s.faults == 0 and 1e-6 < s.e < 1e-2 for s in result.scored.values())
 
 
 def test_refused_run_is_in_words_and_a_mistake_ends_the_study(out: Path) -> None:
@@ -118,8 +118,8 @@ def test_dask_gives_what_processes_give(out: Path, tmp_path: Path) -> None:
     )
     with cluster:
         pool = over_dask(cluster.scheduler_address)
-        found = carry_out(Plan(1, SHORT), listed, Store(tmp_path / "s.jsonl"), pool)
-    assert [found.scored[t.key] for t in listed] == [score(t) for t in listed]
+        result = carry_out(Plan(1, SHORT), listed, Store(tmp_path / "s.jsonl"), pool)
+    assert [result.scored[t.key] for t in listed] == [score(t) for t in listed]
 
 
 def test_dask_that_is_not_installed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,8 +185,8 @@ def test_ctrl_c_keeps_finished_runs_and_leaves_no_traceback(out: Path, tmp_path:
     kept = len(Store(store).done)
     assert 1 <= kept < 12
     done = subprocess.run([*words, "--json"], env=env, capture_output=True, text=True, check=True)
-    found = json.loads(done.stdout)
-    assert (found["kept"], len(found["runs"])) == (kept, 12)
+    data = json.loads(done.stdout)
+    assert (data["kept"], len(data["runs"])) == (kept, 12)
 
 
 def test_processes_do_not_hear_ctrl_c_and_the_leader_still_does(

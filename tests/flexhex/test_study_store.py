@@ -54,21 +54,21 @@ def test_study_goes_on_after_ctrl_c_and_runs_nothing_twice(tmp_path: Path) -> No
     with pytest.raises(KeyboardInterrupt):
         carry_out(Plan(3), listed, Store(path), broken)
     seen: list[tuple[int, int]] = []
-    found = carry_out(Plan(3), listed, Store(path), rest, lambda *at: seen.append(at))
+    result = carry_out(Plan(3), listed, Store(path), rest, lambda *at: seen.append(at))
     assert broken.done + rest.done == [t.key for t in listed]
-    assert (found.kept, len(found.scored)) == (3, 6)
+    assert (result.kept, len(result.scored)) == (3, 6)
     assert seen == [(3, 6), (4, 6), (5, 6), (6, 6)]
     last = Counting()
-    assert carry_out(Plan(3), listed, Store(path), last).scored == found.scored
+    assert carry_out(Plan(3), listed, Store(path), last).scored == result.scored
     assert last.done == []
 
 
 def test_failed_run_is_reported_and_tried_again(tmp_path: Path) -> None:
     listed, path = invented(), tmp_path / "s.jsonl"
-    found = carry_out(Plan(3), listed, Store(path), Counting(fails=["adaptive2"]))
-    assert list(found.failed.values()) == ["adaptive, run 2: end stop"]
-    assert [s.number for s in found.of("adaptive")] == [1, 3]
-    assert "failed: adaptive, run 2: end stop" in remarks(found)
+    result = carry_out(Plan(3), listed, Store(path), Counting(fails=["adaptive2"]))
+    assert list(result.failed.values()) == ["adaptive, run 2: end stop"]
+    assert [s.number for s in result.of("adaptive")] == [1, 3]
+    assert "failed: adaptive, run 2: end stop" in remarks(result)
     again = Counting()
     assert not carry_out(Plan(3), listed, Store(path), again).failed
     assert again.done == ["adaptive2"]
@@ -107,12 +107,12 @@ def test_name_cannot_lead_elsewhere() -> None:
 
 def test_table_shows_median_and_limits(tmp_path: Path) -> None:
     """Errors 10, 20, ... 210 urad: median 110, 5 % 20, 95 % 200; adaptive half of that."""
-    found = carry_out(Plan(21), invented(42), Store(tmp_path / "s.jsonl"), Counting())
-    _, (fixed, adaptive) = texts(COLUMNS, rows(found))
+    result = carry_out(Plan(21), invented(42), Store(tmp_path / "s.jsonl"), Counting())
+    _, (fixed, adaptive) = texts(COLUMNS, rows(result))
     assert fixed[1:5] == ["21", "110.0", "20.0", "200.0"]
     assert adaptive[2:] == ["55.0", "10.0", "100.0", "0.0550", "0.0100", "0.1000"]
-    assert "in 21 of 21 runs, the median of adaptive / fixed is 0.50" in remarks(found)[1]
-    assert [s.faulty for s in summaries(found)] == [0, 0]
+    assert "in 21 of 21 runs, the median of adaptive / fixed is 0.50" in remarks(result)[1]
+    assert [s.faulty for s in summaries(result)] == [0, 0]
 
 
 def test_box_ends_at_its_percentiles() -> None:
@@ -125,13 +125,13 @@ def test_box_ends_at_its_percentiles() -> None:
 
 
 def test_page_and_json_hold_every_run(tmp_path: Path) -> None:
-    found = carry_out(Plan(3), invented(), Store(tmp_path / "s.jsonl"), Counting())
-    text = write_result(found, tmp_path / "s.html").read_text(encoding="utf-8")
+    result = carry_out(Plan(3), invented(), Store(tmp_path / "s.jsonl"), Counting())
+    text = write_result(result, tmp_path / "s.html").read_text(encoding="utf-8")
     places = re.findall(r'class="plot" id="([\w-]+)"', text)
     assert places == ["error", "torque", "over-payload", "over-age"]
     drawn = json.loads(re.search(r"^const figures = (.*);$", text, re.M)[1])  # type: ignore[index]
     assert drawn["over-payload"]["data"][0]["x"] == [0.1, 0.2, 0.3]
     assert not re.search(r"<(script|img|iframe)[^>]*\ssrc=|<link", text)
-    data = json.loads(result_json(found, tmp_path / "s.jsonl", tmp_path / "s.html"))
+    data = json.loads(result_json(result, tmp_path / "s.jsonl", tmp_path / "s.html"))
     assert data["cases"]["adaptive"]["e"][2] == pytest.approx(1e-5)
     assert len(data["runs"]) == 6

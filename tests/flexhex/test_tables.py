@@ -40,9 +40,9 @@ def test_value_that_is_no_text_and_no_number_is_refused() -> None:
 
 
 def test_html_is_escaped_and_marks_its_rows() -> None:
-    made = str(html((Column("a", "τ_FB", "N m"),), [{"a": "<b>", "class": "dim"}]))
-    assert "<th>τ<sub>FB</sub><small>N m</small></th>" in made
-    assert "<tr class='dim'><td>&lt;b&gt;</td></tr>" in made
+    text = str(html((Column("a", "τ_FB", "N m"),), [{"a": "<b>", "class": "dim"}]))
+    assert "<th>τ<sub>FB</sub><small>N m</small></th>" in text
+    assert "<tr class='dim'><td>&lt;b&gt;</td></tr>" in text
 
 
 def test_texts_carry_the_unit_in_the_heading() -> None:

@@ -26,8 +26,8 @@ def rest_to_rest(time: Array) -> list[Array]:
 def test_a_quintic_from_rest_to_rest_is_reproduced(given: int) -> None:
     """It is the smoothest motion through its own points and rates."""
     expected = rest_to_rest(TIME)
-    found = completed(TIME, expected[:given])
-    for part, wanted in zip(found, expected, strict=True):
+    result = completed(TIME, expected[:given])
+    for part, wanted in zip(result, expected, strict=True):
         # rounding over steps of 0.1 s, squared
         assert_close(part, wanted, atol=1e-12)
 
@@ -39,12 +39,12 @@ def test_pieces_join_without_a_step(given: int, smooth: int) -> None:
     parts = [rng.normal(size=(len(TIME), 3)) for _ in range(given)]
     for part in parts[1:]:
         part[[0, -1]] = 0.0
-    found = completed(TIME, parts)
-    for part, wanted in zip(found, parts, strict=False):
+    result = completed(TIME, parts)
+    for part, wanted in zip(result, parts, strict=False):
         assert np.array_equal(part, wanted)
-    for part in found[1:]:
+    for part in result[1:]:
         assert_close(part[[0, -1]], np.zeros((2, 3)), atol=1e-9)
-    played = BPoly.from_derivatives(TIME, np.stack(found, axis=1))
+    played = BPoly.from_derivatives(TIME, np.stack(result, axis=1))
     for order in range(smooth + 1):
         piece = played.derivative(order) if order else played
         near = 1e-12
@@ -62,8 +62,8 @@ def test_rates_of_values_alone_converge_with_the_spacing() -> None:
     for rows in (21, 41):
         time = np.linspace(0, SPAN, rows)
         expected = rest_to_rest(time)
-        found = completed(time, expected[:1])
-        worst.append([np.abs(f - e).max() for f, e in zip(found, expected, strict=True)])
+        result = completed(time, expected[:1])
+        worst.append([np.abs(f - e).max() for f, e in zip(result, expected, strict=True)])
     assert worst[0][0] == 0
     assert worst[0][1] / worst[1][1] > 7
     assert worst[0][2] / worst[1][2] > 3.5
@@ -72,7 +72,7 @@ def test_rates_of_values_alone_converge_with_the_spacing() -> None:
 def test_two_rows_are_the_smoothest_move() -> None:
     time = np.array([0.0, SPAN])
     expected = rest_to_rest(time)
-    for found, wanted in zip(completed(time, expected[:1]), expected, strict=True):
-        assert_close(found, wanted, atol=1e-12)
-    for found, wanted in zip(completed(time, expected[:2]), expected, strict=True):
-        assert_close(found, wanted, atol=1e-12)
+    for actual, wanted in zip(completed(time, expected[:1]), expected, strict=True):
+        assert_close(actual, wanted, atol=1e-12)
+    for actual, wanted in zip(completed(time, expected[:2]), expected, strict=True):
+        assert_close(actual, wanted, atol=1e-12)

@@ -85,11 +85,11 @@ def test_reference_and_kinematics_go_along_the_wanted_poses(variants: dict[str, 
     # N_F samples every second base step what the inverse kinematics shows of the step before
     x, k = result["N_F.x"], np.arange(2, 4000)
     sampled = 2 * k - 2 - 1
-    found = x[k, 30:]
-    assert_close(found[:, :3], player[sampled, :3], atol=1e-10, what="x_E")
-    assert_close(found[:, 3:], (player[:, 3:] / length)[sampled], atol=1e-10, what="lam_E")
+    actual = x[k, 30:]
+    assert_close(actual[:, :3], player[sampled, :3], atol=1e-10, what="x_E")
+    assert_close(actual[:, 3:], (player[:, 3:] / length)[sampled], atol=1e-10, what="lam_E")
     assert_close(result["N_F.xd"][k, 30:33], rates[sampled, :3], atol=1e-10, what="rate")
-    assert np.ptp(found[:, 0]) > 0.02
+    assert np.ptp(actual[:, 0]) > 0.02
     # the mechanism itself, 8 base steps behind: a payload of 2 kg that nobody announces moves it
     behind = result["plant.x_E"][4008:] - player[4000:-8, :3]
     assert np.abs(behind).max() < 5e-4
@@ -127,9 +127,9 @@ def test_fmpy_gives_the_same_bits(variants: dict[str, Path], kind: str) -> None:
 def test_libcosim_gives_the_same_bits(variants: dict[str, Path], tmp_path: Path, kind: str) -> None:
     with zipfile.ZipFile(variants[kind]) as archive:
         archive.extractall(tmp_path)
-    found = libcosim_rows("from_ssp_file", tmp_path, read_ssp(variants[kind]))
+    loaded = libcosim_rows("from_ssp_file", tmp_path, read_ssp(variants[kind]))
     for name, values in own_rows(variants[kind]).items():
-        assert np.array_equal(found[name], values), name
+        assert np.array_equal(loaded[name], values), name
 
 
 def test_ecos_gives_the_same_bits(variants: dict[str, Path]) -> None:

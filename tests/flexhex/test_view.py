@@ -36,10 +36,10 @@ NAMES = {
 
 @pytest.fixture
 def app() -> typer.Typer:
-    made = typer.Typer()
-    made.command("view")(view_command)
-    made.callback()(lambda: None)
-    return made
+    application = typer.Typer()
+    application.command("view")(view_command)
+    application.callback()(lambda: None)
+    return application
 
 
 def run_of(seconds: float = 4.0, size: float = 0.1, **meta: str) -> Result:
@@ -51,8 +51,8 @@ def run_of(seconds: float = 4.0, size: float = 0.1, **meta: str) -> Result:
     tau = 1.5 * np.cos(2 * t[:, None] + phase)
     signals = {"plant.theta": r - e, "feedback.e": e, "plant.tau_meas": tau, "reference.r": r}
     signals["plant.fault"] = np.zeros(len(t))
-    made = result(signals, meta=meta)
-    return Result(made.groups, duration=seconds, meta=meta)
+    built = result(signals, meta=meta)
+    return Result(built.groups, duration=seconds, meta=meta)
 
 
 def shown(app: typer.Typer, folder: Path, *words: str | Path) -> str:
@@ -64,9 +64,9 @@ def shown(app: typer.Typer, folder: Path, *words: str | Path) -> str:
 
 
 def data_of(text: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)
-    assert found
-    data: dict[str, Any] = json.loads(found[1])
+    match = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)
+    assert match
+    data: dict[str, Any] = json.loads(match[1])
     return data
 
 
@@ -97,31 +97,31 @@ def test_constant_signal_is_two_points() -> None:
 
 
 def test_page_holds_angles_errors_and_torques_of_the_run(app: typer.Typer, tmp_path: Path) -> None:
-    made = run_of()
-    data = data_of(shown(app, tmp_path, save(made, tmp_path / "run.h5")))
+    built = run_of()
+    data = data_of(shown(app, tmp_path, save(built, tmp_path / "run.h5")))
     (run,) = data["runs"]
     frames = run["frames"]
     every = round(frames["step"] / BASE)
     for name, signal in (("theta", "plant.theta"), ("e", "feedback.e"), ("tau", "plant.tau_meas")):
         sent = numbers(frames[name]).reshape(frames["count"], 6)
-        assert np.array_equal(sent, made[signal][::every].astype("f4"))
+        assert np.array_equal(sent, built[signal][::every].astype("f4"))
     theta = next(one for one in run["signals"] if one["name"] == "plant.theta")
     assert (theta["units"], theta["columns"][5]) == (["rad"] * 6, "[6]")
     drawn = numbers(theta["lines"][5]["values"])
-    assert drawn.max() == np.float32(made["plant.theta"][:, 5].max())
+    assert drawn.max() == np.float32(built["plant.theta"][:, 5].max())
     assert data["settled"] == 2.0, "the loop's preload settles before"
     assert data["machine"]["name"] == "tflex"
 
 
 def test_part_of_a_run_keeps_its_times(app: typer.Typer, tmp_path: Path) -> None:
-    made = run_of()
-    path = save(made, tmp_path / "run.h5")
+    built = run_of()
+    path = save(built, tmp_path / "run.h5")
     data = data_of(shown(app, tmp_path, path, "--from", "1", "--to", "1.5"))
     frames = data["runs"][0]["frames"]
     assert (data["begin"], data["end"], frames["t0"]) == (1.0, 1.5, 1.0)
     first = round(1 / BASE)
     sent = numbers(frames["theta"]).reshape(-1, 6)
-    assert np.array_equal(sent[0], made["plant.theta"][first].astype("f4"))
+    assert np.array_equal(sent[0], built["plant.theta"][first].astype("f4"))
     assert frames["count"] == round(0.5 / BASE) + 1
 
 
@@ -212,8 +212,8 @@ def test_page_names_no_address_and_is_small_without_its_data(
 
 
 def test_names_of_files_cannot_end_the_script(app: typer.Typer, tmp_path: Path) -> None:
-    made = run_of(seconds=0.5, title="</script><b>x")
-    text = shown(app, tmp_path, save(made, tmp_path / "run.h5"))
+    built = run_of(seconds=0.5, title="</script><b>x")
+    text = shown(app, tmp_path, save(built, tmp_path / "run.h5"))
     assert "</script><b>" not in text
     assert data_of(text)["runs"][0]["name"] == "</script><b>x"
 

@@ -112,10 +112,10 @@ def test_line_of_a_constant_signal_is_drawn(shown: Browser) -> None:
 def test_payload_stands_on_the_platform_while_it_is_carried(
     browser: Browser, tmp_path: Path
 ) -> None:
-    made = run_of()
-    group = made.group("plant.theta")
+    built = run_of()
+    group = built.group("plant.theta")
     group.signals["reference.payload"] = np.where(group.time < 3.0, 0.0, 0.5)  # type: ignore[index]
-    runs = named_runs([tmp_path / "run.h5"], [made])
+    runs = named_runs([tmp_path / "run.h5"], [built])
     data = page_data(runs, load_machine(MACHINE_FILE), (0.0, 4.0))
     browser.open(write_view(tmp_path / "view.html", "payload", data))
     seen = []
@@ -196,14 +196,14 @@ def test_magnified_error_is_that_many_times_the_error(shown: Browser) -> None:
         "[at(DATA.runs[0].frames, 'e', 3),"
         " ...[1, 100, 0].map(f => angles(DATA.runs[0].frames, 3, f))]"
     )
-    made = run_of()
-    place = round(3 / made.group("feedback.e").Ts)
-    assert np.allclose(e, made["feedback.e"][place], atol=1e-11)
-    r = made["reference.r"][place]
+    built = run_of()
+    place = round(3 / built.group("feedback.e").Ts)
+    assert np.allclose(e, built["feedback.e"][place], atol=1e-11)
+    r = built["reference.r"][place]
     # angles are sent as float32: 6e-8 of 0.1 rad
-    assert np.allclose(theta, made["plant.theta"][place], atol=1e-8)
+    assert np.allclose(theta, built["plant.theta"][place], atol=1e-8)
     assert np.allclose(wanted, r, atol=1e-8)
-    assert np.allclose(magnified, r - 100 * made["feedback.e"][place], atol=1e-8)
+    assert np.allclose(magnified, r - 100 * built["feedback.e"][place], atol=1e-8)
 
 
 def test_error_is_drawn_no_larger_than_the_machine_can_show(shown: Browser) -> None:

@@ -66,9 +66,9 @@ def test_bodies_of_the_page_are_those_of_the_closed_mechanism(even: bool) -> Non
     angles = np.random.default_rng(7).uniform(-0.35, 0.35, (40, 6))
     angles[0] = 0.0
     theta, lam_Q, x_E, lam_E = split(close(machine, angles))
-    found = in_node(machine, angles)
-    assert all(pose["converged"] for pose in found)
-    arms = [pose["arms"] for pose in found]
+    result = in_node(machine, angles)
+    assert all(pose["converged"] for pose in result)
+    arms = [pose["arms"] for pose in result]
     got = {
         key: np.array([[arm[key] for arm in row] for row in arms])
         for key in ("Q", "P", "lam_Q", "lam_B", "rod", "rodE")
@@ -77,8 +77,8 @@ def test_bodies_of_the_page_are_those_of_the_closed_mechanism(even: bool) -> Non
     Q = machine.x_B + machine.L * R_B[..., 0]
     P = Q + machine.l * rotation(lam_Q)[..., 0]
     # both sides close by Newton to rounding; 1e-11 leaves room for the condition of the mechanism
-    assert np.abs(np.array([pose["x"] for pose in found]) - x_E).max() < 1e-11
-    assert angle(np.array([pose["lam"] for pose in found]), lam_E).max() < 1e-11
+    assert np.abs(np.array([pose["x"] for pose in result]) - x_E).max() < 1e-11
+    assert angle(np.array([pose["lam"] for pose in result]), lam_E).max() < 1e-11
     assert np.abs(got["Q"] - Q).max() < 1e-11
     assert np.abs(got["P"] - P).max() < 1e-11
     assert angle(got["lam_Q"], lam_Q).max() < 1e-11
@@ -89,10 +89,10 @@ def test_bodies_of_the_page_are_those_of_the_closed_mechanism(even: bool) -> Non
     assert np.abs(got["rodE"] - carried).max() < 1e-11
 
 
-def test_angles_that_the_mechanism_cannot_take_are_told() -> None:
+def test_angles_that_the_mechanism_cannot_take_are_reported() -> None:
     """Neighbours apart by 2.8 rad: where the legs still close, flexures bend by a right angle.
     All angles a whole turn on: it closes as before, but no arm gets there."""
     angles = np.array([[1.4, -1.4] * 3, [0.3 + 2 * np.pi] * 6, [0.3, -0.3] * 3])
-    found = in_node(read_machine(), angles)
-    assert [pose["fits"] for pose in found] == [False, False, True]
-    assert found[1]["converged"]
+    results = in_node(read_machine(), angles)
+    assert [pose["fits"] for pose in results] == [False, False, True]
+    assert results[1]["converged"]

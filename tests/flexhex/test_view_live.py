@@ -108,9 +108,9 @@ def test_only_the_last_seconds_are_kept(growing: Path) -> None:
     tail = Tail(growing, 0.1)
     add(growing, rows(ENABLING, ENABLING + 3000))
     tail.read()
-    found = tail.result()
-    assert found is not None
-    result, begin = found
+    actual = tail.result()
+    assert actual is not None
+    result, begin = actual
     assert begin == pytest.approx((ENABLING + 3000 - 1) * BASE - 0.1, abs=2 * BASE)
     assert result.duration == pytest.approx(0.1, abs=2 * BASE)
     assert SECONDS >= 10
@@ -151,18 +151,18 @@ def test_server_answers_this_computer_alone(growing: Path) -> None:
     live = Live(growing, MACHINE)
     with served(live) as port:
 
-        def asked(path: str, host: str) -> tuple[int, str]:
+        def response(path: str, host: str) -> tuple[int, str]:
             connection = http.client.HTTPConnection("127.0.0.1", port)
             connection.request("GET", path, headers={"Host": host})
             answer = connection.getresponse()
             return answer.status, answer.read().decode()
 
         ours = f"127.0.0.1:{port}"
-        assert asked("/", ours)[0] == 200
-        assert json.loads(asked("/run.json", ours)[1])["data"]["runs"]
-        assert json.loads(asked("/run.json?have=100", ours)[1])["data"] == {}
-        assert asked("/etc/passwd", ours)[0] == 404
-        assert asked("/run.json", f"evil.example:{port}")[0] == 403
+        assert response("/", ours)[0] == 200
+        assert json.loads(response("/run.json", ours)[1])["data"]["runs"]
+        assert json.loads(response("/run.json?have=100", ours)[1])["data"] == {}
+        assert response("/etc/passwd", ours)[0] == 404
+        assert response("/run.json", f"evil.example:{port}")[0] == 403
         with pytest.raises(UsageError, match="give another port"):
             server(live, port)
 
@@ -197,8 +197,8 @@ def test_page_follows_the_run(browser: Browser, growing: Path) -> None:
             seen = []
             for _ in range(3):
                 browser.run("new Promise(done => setTimeout(done, 700))")
-                told = "[state.t, DATA.end, byId('state').textContent]"
-                seen.append((*browser.run(told), browser.pixels()))
+                state = "[state.t, DATA.end, byId('state').textContent]"
+                seen.append((*browser.run(state), browser.pixels()))
         finally:
             over.set()
             writer.join()
@@ -214,8 +214,8 @@ def test_page_follows_the_run(browser: Browser, growing: Path) -> None:
         browser.run("new Promise(done => setTimeout(done, 600))")
         assert browser.run("state.playing") is False
         assert browser.run("state.t") == pytest.approx(browser.run("DATA.begin"), abs=0.01)
-        asked = [url for url in browser.requests if not url.startswith(("blob:", "data:"))]
-        strangers = {url.partition("?")[0] for url in asked}
+        requests = [url for url in browser.requests if not url.startswith(("blob:", "data:"))]
+        strangers = {url.partition("?")[0] for url in requests}
         home = f"http://127.0.0.1:{port}"
         assert strangers <= {f"{home}/", f"{home}/run.json", f"{home}/favicon.ico"}
     browser.run("new Promise(done => setTimeout(done, 600))")

@@ -50,10 +50,10 @@ def test_bars_of_a_long_run_keep_the_extremes_and_hang_together(shown: Browser) 
 
 def test_gaps_of_a_line_make_no_column(shown: Browser) -> None:
     """Two points a column; one is no number, and both of the third column are none."""
-    found = shown.run(
+    result = shown.run(
         "plots.columns(Float32Array.of(NaN, 2, 3, 1, NaN, NaN, 5, NaN), 0, 7, k => k / 2)"
     )
-    assert found == [[0, 2, 2, True], [1, 1, 3, False], [3, 5, 5, True]]
+    assert result == [[0, 2, 2, True], [1, 1, 3, False], [3, 5, 5, True]]
 
 
 def test_motion_is_coarse_only_where_pictures_come_late(shown: Browser) -> None:
@@ -95,10 +95,10 @@ def test_ghost_that_would_not_be_seen_is_not_drawn(shown: Browser) -> None:
 @pytest.mark.slow
 def test_ten_minutes_at_4_khz_open_within_three_seconds(browser: Browser, tmp_path: Path) -> None:
     """The best of three, since others may use the computer, which has no graphics card."""
-    made = run_of(seconds=600.0)
-    noise = 1e-6 * np.random.default_rng(0).normal(size=made["feedback.e"].shape)
-    made["feedback.e"][:] += noise
-    runs = named_runs([tmp_path / "run.h5"], [made])
+    built = run_of(seconds=600.0)
+    noise = 1e-6 * np.random.default_rng(0).normal(size=built["feedback.e"].shape)
+    built["feedback.e"][:] += noise
+    runs = named_runs([tmp_path / "run.h5"], [built])
     data = page_data(runs, load_machine(MACHINE_FILE), (0.0, 600.0))
     page = write_view(tmp_path / "view.html", "ten minutes", data)
     took = []

@@ -45,15 +45,15 @@ TREE = """<mujoco><compiler angle="radian"/><worldbody><body name="cart" pos="0 
 
 @pytest.fixture
 def app() -> typer.Typer:
-    made = typer.Typer()
-    made.command("view")(view_command)
-    made.callback()(lambda: None)
-    return made
+    application = typer.Typer()
+    application.command("view")(view_command)
+    application.callback()(lambda: None)
+    return application
 
 
 def signal(data: dict[str, Any], name: str, run: int = 0) -> dict[str, Any]:
-    found: dict[str, Any] = next(one for one in data["runs"][run]["signals"] if one["name"] == name)
-    return found
+    entry: dict[str, Any] = next(one for one in data["runs"][run]["signals"] if one["name"] == name)
+    return entry
 
 
 def in_node(joints: list[dict[str, Any]], angles: Array) -> Any:
@@ -107,11 +107,11 @@ def test_residual_is_that_of_the_diagnosis(app: typer.Typer, tmp_path: Path) -> 
     """The base model fitted to all logs; times count from the first angle, what has none is NaN."""
     logs = [arm_log(tmp_path / f"a{k}.csv", k, delay=5.0 * k) for k in (1, 2)]
     data = data_of(shown(app, tmp_path, *logs, "--base", FILE))
-    base, asked, _ = run_set_of(logs, [], None, Options(str(FILE)))
-    made, _, _ = fitted(base, asked.runs)
-    wanted = made.residual(made.regression.q)
+    base, run_set, _ = run_set_of(logs, [], None, Options(str(FILE)))
+    calibrated, _, _ = fitted(base, run_set.runs)
+    wanted = calibrated.residual(calibrated.regression.q)
     for k, log in enumerate(logs):
-        block = next(i for i, b in enumerate(made.blocks) if b.run.name == str(log))
+        block = next(i for i, b in enumerate(calibrated.blocks) if b.run.name == str(log))
         sent = signal(data, "residual", k)
         assert sent["units"] == ["N m"] * 6
         for axis in (0, 2):
@@ -120,7 +120,7 @@ def test_residual_is_that_of_the_diagnosis(app: typer.Typer, tmp_path: Path) -> 
             t = line["t0"] + line["step"] * np.arange(len(values))
             known = np.isfinite(values)
             assert np.allclose(values[known], wanted[block][:, axis].astype("f4"))
-            assert np.allclose(t[known], made.blocks[block].at - 5.0 * (k + 1), atol=0.01)
+            assert np.allclose(t[known], calibrated.blocks[block].at - 5.0 * (k + 1), atol=0.01)
         # friction that the model lacks is what is left
         left = numbers(sent["lines"][2]["values"])
         assert np.nanmedian(np.abs(left)) == pytest.approx(RUBBED, rel=0.15)

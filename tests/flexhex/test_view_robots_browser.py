@@ -20,7 +20,7 @@ from tests.flexhex.test_view_browser import WINDOWS
 pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
 
 
-def made(folder: Path, logs: list[Path], base: str) -> Path:
+def written(folder: Path, logs: list[Path], base: str) -> Path:
     runs, shape, said = measured_runs(logs, None, Options(base))
     data = page_data(runs, shape, (0.0, float("inf")))
     return write_view(folder / "view.html", "logs", {**data, "said": said})
@@ -35,7 +35,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory, logs: list[Path]) -> Path:
     """One log of the arm."""
-    return made(tmp_path_factory.mktemp("arm"), logs[:1], str(FILE))
+    return written(tmp_path_factory.mktemp("arm"), logs[:1], str(FILE))
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_mouse_over_a_plot_moves_the_arm(shown: Browser) -> None:
 def test_more_than_two_runs_are_chosen_one_at_a_time(
     browser: Browser, tmp_path: Path, logs: list[Path]
 ) -> None:
-    browser.open(made(tmp_path, logs, str(FILE)))
+    browser.open(written(tmp_path, logs, str(FILE)))
     assert browser.run("[...byId('run').options].map(o => o.textContent)") == ["a1", "a2", "a3"]
     assert browser.run("plots.charts[0].lines.length") == 2, "torque and model of one run"
     pose, ends = "JSON.stringify(real.bodies[5].position)", []
@@ -138,7 +138,7 @@ def test_more_than_two_runs_are_chosen_one_at_a_time(
 
 
 def test_page_without_bodies_has_wide_plots_on_one_cursor(browser: Browser, tmp_path: Path) -> None:
-    browser.open(made(tmp_path, [AXIS / "a1.csv", AXIS / "a2.csv"], "axis"))
+    browser.open(written(tmp_path, [AXIS / "a1.csv", AXIS / "a2.csv"], "axis"))
     assert "no picture" in browser.run("byId('note').textContent")
     assert browser.run("byId('stage').offsetWidth") == 0
     assert browser.run("byId('charts').offsetWidth") > 1400
@@ -159,7 +159,7 @@ def test_bars_of_an_own_model_move(browser: Browser, tmp_path: Path) -> None:
     theta = np.array([2.2, 0.9]) + 0.3 * np.sin(np.outer(t, [2.0, 3.0]))
     tau = np.cos(theta) + 0.01 * np.random.default_rng(1).standard_normal(theta.shape)
     log = write(tmp_path / "a.csv", t, theta, tau)
-    browser.open(made(tmp_path, [log], f"{FIVE_BAR}:FiveBar"))
+    browser.open(written(tmp_path, [log], f"{FIVE_BAR}:FiveBar"))
     tips = []
     for at in (1.0, 2.0):
         browser.run(f"setTime({at})")

@@ -10,9 +10,11 @@ __all__ = ["page", "shown"]
 
 def test_scale_of_a_plot_has_the_prefix_that_fits_its_largest_value(shown: Browser) -> None:
     """errors of 20 µrad, torques of 1.5, angles of 0.1 rad; a value has its own prefix."""
-    told = "plots.charts.map(c => [c.box.querySelector('small').textContent, c.plot.scales.y.max])"
+    script = (
+        "plots.charts.map(c => [c.box.querySelector('small').textContent, c.plot.scales.y.max])"
+    )
     # all signals of these runs are said to be angles
-    (e, e_most), (tau, tau_most), (theta, theta_most) = shown.run(told)
+    (e, e_most), (tau, tau_most), (theta, theta_most) = shown.run(script)
     assert (e.partition(" · ")[0], tau, theta) == ("µrad", "rad", "mrad")
     # each with room above it: the largest of joint 1
     assert 20 < e_most < 25

@@ -42,9 +42,9 @@ class Ran:
 
     def one(self, name: str) -> Event:
         """The only event of a kind."""
-        found = [e for e in self.events if e["event"] == name]
-        assert len(found) == 1, f"{len(found)} events {name!r}:\n{self.words}"
-        return found[0]
+        events = [e for e in self.events if e["event"] == name]
+        assert len(events) == 1, f"{len(events)} events {name!r}:\n{self.words}"
+        return events[0]
 
     def happened(self, name: str) -> list[Event]:
         """Events of a kind from the emulator."""
@@ -140,8 +140,8 @@ class Bench:
             finally:
                 drives.send_signal(signal.SIGCONT)
                 drives.terminate()
-                told = drives.communicate(timeout=20)[0]
-        return Ran(gateway.returncode, _events(said), _events(told), words_said, recording)
+                printed = drives.communicate(timeout=20)[0]
+        return Ran(gateway.returncode, _events(said), _events(printed), words_said, recording)
 
     def _drives(
         self, ends: Cable, program: Path, flags: list[object], options: str

@@ -141,9 +141,9 @@ class Table:
         """Keep a row, and compare it with the file."""
         self.rows[row.fault] = row
         if not self.update:
-            found = str(row) in self.place.written()
+            listed = str(row) in self.place.written()
             file = self.place.file
-            assert found, f"{file} does not say: {row}; pytest --update writes it"
+            assert listed, f"{file} does not say: {row}; pytest --update writes it"
 
     def write(self) -> None:
         """Put the rows of this session into the file, in the place of those with their names."""

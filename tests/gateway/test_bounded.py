@@ -23,7 +23,7 @@ PAUSED_S = 0.4
 """The gateway stands still for so long while it holds, before it lands."""
 
 
-def test_late_cycle_in_a_landing_is_told_and_the_landing_goes_on(
+def test_late_cycle_in_a_landing_is_reported_and_the_landing_goes_on(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     def stall(pid: int) -> None:

@@ -52,28 +52,28 @@ def test_signs_of_a_sound_machine(hexapod_ssp: Path, tmp_path: Path) -> None:
         ("drives.order = [1, 0, 2, 3, 4, 5]\n", None, None),
     ],
 )
-def test_wrong_signs_are_told_without_feedback(
+def test_wrong_signs_are_reported_without_feedback(
     options: str, axis: int | None, fault: str | None, hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     """Drives in another order are only that: torque and encoder of each belong together."""
     fallen = pushed(Bench(hexapod_ssp, tmp_path), options)
-    told = fallen.ran.one("signs")["axis"]
-    wrong = [k + 1 for k, axis in enumerate(told) if axis["fault"]]
+    signs = fallen.ran.one("signs")["axis"]
+    wrong = [k + 1 for k, axis in enumerate(signs) if axis["fault"]]
     assert wrong == ([axis] if axis else [])
     assert fallen.ran.code == (1 if axis else 0)
     if fault:
-        assert told[3]["fault"].startswith(fault)
+        assert signs[3]["fault"].startswith(fault)
         assert "do not run" in fallen.ran.one("refused")["message"]
     fallen.ends_at_rest(0)
 
 
-def test_blocked_axis_is_told(hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_blocked_axis_is_reported(hexapod_ssp: Path, tmp_path: Path) -> None:
     fallen = pushed(Bench(hexapod_ssp, tmp_path), "", "--torque", 0.001)
     assert fallen.ran.code == 1
     assert all("hardly moved" in axis["fault"] for axis in fallen.ran.one("signs")["axis"])
 
 
-def held(bench: Bench, constant: float, mass: float, *more: object) -> Ran:
+def loaded_run(bench: Bench, constant: float, mass: float, *more: object) -> Ran:
     """Holding torques of a machine with another torque constant, and a mass."""
     payload = {"count": 1, "time[1]": 0, "mass[1]": mass}
     parameters = ", ".join(f'"reference.payload_{k}" = {v}' for k, v in payload.items())
@@ -88,16 +88,16 @@ def test_torque_constant_is_found_by_a_mass(
 ) -> None:
     bench = Bench(hexapod_ssp, tmp_path)
     empty, loaded = tmp_path / "empty.toml", tmp_path / "loaded.toml"
-    ran = held(bench, constant, 0, "--write", empty)
+    ran = loaded_run(bench, constant, 0, "--write", empty)
     assert ran.code == 0, ran.words
-    ran = held(bench, constant, 1.0, "--mass", 1.0, "--against", empty, "--write", loaded)
+    ran = loaded_run(bench, constant, 1.0, "--mass", 1.0, "--against", empty, "--write", loaded)
     assert ran.code == 0, ran.words
-    told = ran.one("torque_constant")
+    event = ran.one("torque_constant")
     # friction of the drives is the same both times, up to its hysteresis
-    assert told["mean"] == pytest.approx(constant, rel=0.01)
-    assert told["spread"] < 0.02
-    assert tomllib.loads(loaded.read_text())["found"] == told["found"]
-    wrong = held(bench, constant, 1.0, "--mass", 1.0, "--against", loaded)
+    assert event["mean"] == pytest.approx(constant, rel=0.01)
+    assert event["spread"] < 0.02
+    assert tomllib.loads(loaded.read_text())["found"] == event["found"]
+    wrong = loaded_run(bench, constant, 1.0, "--mass", 1.0, "--against", loaded)
     assert wrong.code == 2
     assert "a run with 1 kg, not one without" in wrong.one("refused")["message"]
 
@@ -106,11 +106,11 @@ def test_torque_constant_is_found_by_a_mass(
 def test_mass_that_is_not_there_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
     bench = Bench(hexapod_ssp, tmp_path)
     empty = tmp_path / "empty.toml"
-    assert held(bench, 3.0, 0, "--write", empty).code == 0
-    ran = held(bench, 3.0, 0, "--mass", 1.0, "--against", empty)
+    assert loaded_run(bench, 3.0, 0, "--write", empty).code == 0
+    ran = loaded_run(bench, 3.0, 0, "--mass", 1.0, "--against", empty)
     assert ran.code == 1
     assert "the mass should add" in ran.one("refused")["message"]
-    ran = held(bench, 3.0, 0, "--mass", 0.01, "--against", empty)
+    ran = loaded_run(bench, 3.0, 0, "--mass", 0.01, "--against", empty)
     assert "take a larger one" in ran.one("refused")["message"]
     for more in (("--mass", 1), ("--mass", 99, "--against", empty), ("--against", empty)):
-        assert held(bench, 3.0, 0, *more).code == 2
+        assert loaded_run(bench, 3.0, 0, *more).code == 2

@@ -12,7 +12,7 @@ from tests.gateway.cargo import GATEWAY, built
 from tests.gateway.fault_table import FALLS
 
 
-def told(ssp: Path, *changes: str, code: int = 1) -> str:
+def warnings(ssp: Path, *changes: str, code: int = 1) -> str:
     """What `check` says of the template with these changes; it ends where no interface is."""
     command = [built() / "flexhex-gateway", "check", GATEWAY / "machines" / "akd.toml"]
     sets = [word for change in changes for word in ("--set", change)]
@@ -28,8 +28,8 @@ def fastest(fault: str) -> str:
     return row.split(" | ")[4]
 
 
-def test_damp_is_told_with_the_speeds_of_the_table(hexapod_ssp: Path) -> None:
-    text = told(hexapod_ssp, "reactions.jump=damp", "reactions.frozen_encoder=damp")
+def test_damp_is_reported_with_the_speeds_of_the_table(hexapod_ssp: Path) -> None:
+    text = warnings(hexapod_ssp, "reactions.jump=damp", "reactions.frozen_encoder=damp")
     assert "reactions.jump, reactions.frozen_encoder = damp" in text
     lift_off, landing = re.findall(r"([\d.]+) rad/s in a (?:lift-off|landing)", text)
     assert lift_off == fastest("encoder frozen in the lift-off, with `damp`")
@@ -43,17 +43,19 @@ def test_damp_is_told_with_the_speeds_of_the_table(hexapod_ssp: Path) -> None:
         ("reactions.drive_fault=land", "does not obey cannot land"),
     ],
 )
-def test_landing_without_what_it_needs_is_told(change: str, why: str, hexapod_ssp: Path) -> None:
-    assert why in told(hexapod_ssp, change)
+def test_landing_without_what_it_needs_is_reported(
+    change: str, why: str, hexapod_ssp: Path
+) -> None:
+    assert why in warnings(hexapod_ssp, change)
 
 
 def test_template_is_cautioned_for_drives_alone(hexapod_ssp: Path) -> None:
     """Nobody knows the serial numbers of a lab's drives."""
-    text = told(hexapod_ssp)
+    text = warnings(hexapod_ssp)
     assert text.count("caution") == 1
     assert "axes [1, 2, 3, 4, 5, 6] accept any drive" in text
 
 
 def test_landing_without_a_gain_is_refused(hexapod_ssp: Path) -> None:
-    text = told(hexapod_ssp, 'system.parameters={"feedback.kp[3]"=0.0}', code=3)
+    text = warnings(hexapod_ssp, 'system.parameters={"feedback.kp[3]"=0.0}', code=3)
     assert "feedback.kp[3] = 0, must be above 0" in text

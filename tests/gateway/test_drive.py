@@ -70,10 +70,10 @@ def test_passes_that_cannot_be_diagnosed_are_no_error(tmp_path: Path) -> None:
     assert "none.csv: no such file" in why
     assert view.diagnosed(why).startswith("not possible: ")
     alone = Residual(("N m",) * 6, *(np.full(6, np.nan) for _ in range(7)), {})
-    found = Diagnosis("changed", (), (), alone)
-    assert view.diagnosed(found) == "no verdict: the two passes do not repeat each other."
-    found = Diagnosis("cannot tell", (), (), alone, notes=("too short",))
-    assert view.diagnosed(found).endswith("Too short.")
+    diagnosis = Diagnosis("changed", (), (), alone)
+    assert view.diagnosed(diagnosis) == "no verdict: the two passes do not repeat each other."
+    diagnosis = Diagnosis("cannot tell", (), (), alone, notes=("too short",))
+    assert view.diagnosed(diagnosis).endswith("Too short.")
 
 
 def test_options_of_the_plant_are_taken_by_the_emulator(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
         assert text.count(f"\n{key} = {value}") == 1, key
 
 
-def test_relaxed_limits_are_told_with_what_was_seen(tmp_path: Path) -> None:
+def test_relaxed_limits_are_reported_with_what_was_seen(tmp_path: Path) -> None:
     """A pass that lost two and three replies in a row, and one that lost none."""
     head = "# base_step_s: 0.00025\n# signals: theta=plant.theta:1\ntime,phase,answered\ns,1,1\n"
     driven = {}

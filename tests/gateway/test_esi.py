@@ -28,7 +28,7 @@ def esi(code: str = "#x04020010") -> str:
     return f"<EtherCATInfo>{vendor}{devices}</EtherCATInfo>"
 
 
-def asked(file: Path, *more: str) -> subprocess.CompletedProcess[str]:
+def profile_of(file: Path, *more: str) -> subprocess.CompletedProcess[str]:
     """The command `esi`."""
     program = built() / "flexhex-gateway"
     return subprocess.run([program, "esi", file, *more], capture_output=True, text=True)
@@ -37,9 +37,9 @@ def asked(file: Path, *more: str) -> subprocess.CompletedProcess[str]:
 def test_unknown_drive_runs_with_the_profile_of_its_file(hexapod_ssp: Path, tmp_path: Path) -> None:
     file = tmp_path / "drive.xml"
     file.write_text(esi())
-    told = asked(file)
-    assert told.returncode == 0, told.stderr
-    known = told.stdout.replace(
+    printed = profile_of(file)
+    assert printed.returncode == 0, printed.stderr
+    known = printed.stdout.replace(
         "counts_per_revolution = 0.0", "counts_per_revolution = 4294967296.0"
     )
     known = known.replace("rated_torque_N_m = 0.0 }", "rated_torque_N_m = 9.0 }")
@@ -49,15 +49,15 @@ def test_unknown_drive_runs_with_the_profile_of_its_file(hexapod_ssp: Path, tmp_
     assert ran.code == 0, ran.words
 
 
-def test_file_that_is_none_and_choice_that_is_open_are_told(tmp_path: Path) -> None:
+def test_file_that_is_none_and_choice_that_is_open_are_reported(tmp_path: Path) -> None:
     file = tmp_path / "drive.xml"
     file.write_text("<a/>")
-    told = asked(file)
-    assert (told.returncode, told.stdout) == (3, "")
-    assert "its root is <a>" in told.stderr
+    printed = profile_of(file)
+    assert (printed.returncode, printed.stdout) == (3, "")
+    assert "its root is <a>" in printed.stderr
     device = esi()[esi().index("<Device>") : esi().index("</Devices>")]
     file.write_text(esi().replace(device, device + device.replace("#x04020010", "#x1")))
-    told = asked(file)
-    assert told.returncode == 3
-    assert "choose one device by --product:\n  0x04020010 CST\n  0x00000001 CST" in told.stderr
-    assert asked(file, "--product", "1").returncode == 0
+    printed = profile_of(file)
+    assert printed.returncode == 3
+    assert "choose one device by --product:\n  0x04020010 CST\n  0x00000001 CST" in printed.stderr
+    assert profile_of(file, "--product", "1").returncode == 0

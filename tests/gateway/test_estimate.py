@@ -118,13 +118,13 @@ def test_state_that_does_not_fit_is_refused_before_power(
     learned: tuple[Bench, Path], tmp_path: Path
 ) -> None:
     bench, file = learned
-    told = refused(run_again(bench, file, changes=(OTHER_R2,)))
-    assert "K: R2 = 0.5, but R2 = " in told
-    assert "start without the saved state" in told
+    message = refused(run_again(bench, file, changes=(OTHER_R2,)))
+    assert "K: R2 = 0.5, but R2 = " in message
+    assert "start without the saved state" in message
     assert "name it in own_thread" in refused(run_again(bench, file, changes=(INSIDE,)))
-    told = refused(run_again(bench, file, changes=(("range = 5.0", "range = 0.00001"),)))
-    assert "K.p." in told
-    assert "(estimate.range)" in told
+    message = refused(run_again(bench, file, changes=(("range = 5.0", "range = 0.00001"),)))
+    assert "K.p." in message
+    assert "(estimate.range)" in message
     assert "No such file" in refused(run_again(bench, tmp_path / "none.json"))
 
 

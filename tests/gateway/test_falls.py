@@ -164,12 +164,12 @@ def ends_as_said(case: Case, bench: Bench, falls: Table) -> None:
     row = fallen.fall(case.name, case.since)
     falls.add(row)
     trips = [e for e in ran.events if e["event"] == "trip"]
-    found = (
+    actual = (
         (trips[0]["reason"], trips[0]["reaction"], trips[0]["axis"])
         if trips
         else ("none", "–", None)
     )
-    assert found == (case.rule, case.stop, case.axis), ran.words
+    assert actual == (case.rule, case.stop, case.axis), ran.words
     assert row.unknown == case.unknown
     good = not trips and not case.unknown and not ran.one("summary")["landing_trip"]
     assert ran.code == (0 if good else 1)

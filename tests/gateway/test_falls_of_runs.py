@@ -32,14 +32,14 @@ def test_good_run_falls_nowhere(hexapod_ssp: Path, tmp_path: Path, falls: Table)
 
 
 @several
-def test_warning_of_a_drive_is_told_and_stops_nothing(
+def test_warning_of_a_drive_is_reported_and_stops_nothing(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     warned = at('kind = "warning"\nposition = 2\ncount = 100', AT)
     fallen = free(Bench(hexapod_ssp, tmp_path), warned)
     assert fallen.ran.code == 0, fallen.ran.words
-    told = [[3, "warning (bit 7 of the statusword)", 100]]
-    assert fallen.ran.one("summary")["remarks"] == told
+    expected = [[3, "warning (bit 7 of the statusword)", 100]]
+    assert fallen.ran.one("summary")["remarks"] == expected
     assert "axis 3: warning (bit 7 of the statusword) in 100 cycles" in fallen.ran.words
     fallen.ends_at_rest(AT)
     falls.add(fallen.fall("drive shows a warning", AT))
@@ -54,8 +54,8 @@ def test_wrong_estimate_is_frozen_and_the_run_goes_on(
         ("signals = []", 'signals = ["K.p.actuator[1].o"]'),))  # fmt: skip
     ran = fallen.ran
     assert ran.code == 0, ran.words
-    (told,) = ran.one("summary")["frozen"]
-    assert told.startswith("K.p.actuator[1].o = 21.600000 at base step 9120, allowed -")
+    (frozen,) = ran.one("summary")["frozen"]
+    assert frozen.startswith("K.p.actuator[1].o = 21.600000 at base step 9120, allowed -")
     assert "frozen" in ran.words
     assert "estimate   not saved" in ran.words
     # the last good p stays, and it is not the first one

@@ -209,7 +209,7 @@ def test_duplicates_do_not_change_one_bit(hexapod_ssp: Path, tmp_path: Path, tab
         (0x8001, "AL status code 0x8001: look it up in the manual of the drive"),
     ],
 )
-def test_why_a_drive_left_op_is_told_in_words(
+def test_why_a_drive_left_op_is_reported_in_words(
     code: int, said: str, hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     """In the run and in the landing after it."""
@@ -221,5 +221,5 @@ def test_why_a_drive_left_op_is_told_in_words(
     assert said in (tmp_path / "run-trip.csv").read_text()
     ended = bench.run(options=faults(fault), seconds=(AT - 200) * 0.00025)
     assert ended.one("summary")["landing_detail"].startswith(said)
-    told = f"during the landing axis 5: AL status 0x04, expected 0x08 (OP) (cycle {AT}): {said}"
-    assert told in ended.words
+    text = f"during the landing axis 5: AL status 0x04, expected 0x08 (OP) (cycle {AT}): {said}"
+    assert text in ended.words

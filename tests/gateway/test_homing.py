@@ -47,8 +47,8 @@ def test_run_with_the_offsets_is_the_same_to_the_last_bit(homed: Bench) -> None:
 
 def test_drives_other_than_those_that_were_homed_are_refused(homed: Bench) -> None:
     swapped = OFFSETS.replace(f"offset = {COUNTS[0]}\n", f"offset = {COUNTS[0]}\nserial = 1001\n")
-    told = refusal(homed.run(options=swapped, command=RUN, changes=(NAMED,)))
-    assert "axis 1, position 0: serial is 0x3e9, expected 0x3e8: drives are swapped" in told
+    message = refusal(homed.run(options=swapped, command=RUN, changes=(NAMED,)))
+    assert "axis 1, position 0: serial is 0x3e9, expected 0x3e8: drives are swapped" in message
     serial = ("# serial = 1002", "serial = 77")
     ran = homed.run(options=OFFSETS, command=RUN, changes=(NAMED, serial))
     assert ran.code == 3
@@ -106,11 +106,13 @@ def test_axis_that_rests_above_its_weight_is_refused(
     ):
         fallen = free(bench, options, changes=changes)
         assert fallen.ran.code == 1
-        told = fallen.ran.one("refused")
-        assert told["kind"] == "against_weight"
-        assert "axis 3: it rests at 0.2" in told["message"]
-        assert "drive[2].direction" in told["message"]
+        event = fallen.ran.one("refused")
+        assert event["kind"] == "against_weight"
+        assert "axis 3: it rests at 0.2" in event["message"]
+        assert "drive[2].direction" in event["message"]
         never_enabled(fallen.ran)
         falls.add(fallen.refused(name))
-    held = (REST_RAD, RESTS[1].replace("-0.23", "0.23"))
-    assert free(bench, changes=(TURNED, held), seconds=0.05).ran.code == 0, "somebody knows better"
+    resting = (REST_RAD, RESTS[1].replace("-0.23", "0.23"))
+    assert free(bench, changes=(TURNED, resting), seconds=0.05).ran.code == 0, (
+        "somebody knows better"
+    )

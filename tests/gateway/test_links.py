@@ -33,11 +33,11 @@ def test_check_tells_what_was_counted_since_power_up_and_refuses_nothing(
     assert links["ports"][0]["forwarded_errors"] == 1
     assert len(links["ports"]) == 2
     assert links["unread"] == []
-    told = (
+    message = (
         "position 2 (axis 3), port OUT: 3 invalid frames, at least 255 receive errors (the counter "
         f"stops at 255), 2 lost links since power-up: {cable}: a loose plug"
     )
-    assert told in ran.words
+    assert message in ran.words
     assert "positions [2] passed on damaged frames since power-up" in ran.words
 
 
@@ -82,7 +82,7 @@ def test_a_trip_by_a_cut_cable_names_the_cable(hexapod_ssp: Path, tmp_path: Path
     assert "error counters of positions [3, 4, 5] were not read" in ran.words
 
 
-def test_clocks_settle_before_power_and_are_told_at_the_end(
+def test_clocks_settle_before_power_and_are_reported_at_the_end(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     ran = Bench(hexapod_ssp, tmp_path).run(command=CLOCK, changes=PATIENT, seconds=SHORT)

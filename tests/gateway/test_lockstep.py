@@ -52,8 +52,8 @@ def simulated(ssp: Path, tau_step: float) -> dict[str, Rows]:
     """The simulation with the steps of the drive, each signal at every base step."""
     result = run(ssp, SECONDS, signals=list(SAME.values()), parameters=steps(tau_step))
     n = round(SECONDS / 0.00025)
-    held = {name: n // (len(result[name]) - 1) for name in SAME.values()}
-    return {ours: np.repeat(result[name], held[name], axis=0)[:n] for ours, name in SAME.items()}
+    repeats = {name: n // (len(result[name]) - 1) for name in SAME.values()}
+    return {ours: np.repeat(result[name], repeats[name], axis=0)[:n] for ours, name in SAME.items()}
 
 
 def same(ours: Rows, theirs: Rows) -> bool:
@@ -109,8 +109,8 @@ def test_recording_is_compared_with_the_simulation_by_the_command(
     words = ["compare", str(ran.recording), str(file), "--common", "--rtol", "0", "--plots", "0"]
     done = CliRunner().invoke(app, [*words, "--json"])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.output)
-    assert {d["signal"] for d in told["signals"] if d["state"] == "equal"} == set(signals)
+    printed = json.loads(done.output)
+    assert {d["signal"] for d in printed["signals"] if d["state"] == "equal"} == set(signals)
 
 
 def test_recording_is_the_same_run_after_run(hexapod_ssp: Path, tmp_path: Path) -> None:

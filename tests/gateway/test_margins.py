@@ -56,8 +56,8 @@ def shares(
     options = f'plant.parameters = {{ "plant.seed" = {seed} }}\n'
     fallen = free(Bench(ssp, folder), options, changes=changes, seconds=SECONDS)
     assert fallen.ran.code == 0, fallen.ran.words
-    found: dict[str, float] = fallen.ran.one("summary")["share_of_limits"]
-    return found
+    shares_of_limits: dict[str, float] = fallen.ran.one("summary")["share_of_limits"]
+    return shares_of_limits
 
 
 @pytest.fixture(scope="session")

@@ -17,16 +17,16 @@ def test_parameters_are_set_by_item_and_by_flag(hexapod_ssp: Path, tmp_path: Pat
     values = {"reference.kind": "multisine", "reference.t_start": 0.0, "K.t_start": 0.0}
     p = "p.actuator[1].o"
     frozen = values | {f"K.adapt.{p[2:]}": "false"}
-    found = {}
+    starts = {}
     for name, chosen in {"adapting": values, "frozen": frozen}.items():
         words = [w for key, value in chosen.items() for w in ("--set", f"{key}={value}")]
         ours = rows(tmp_path / "rows", [f"K.{p}"], hexapod_ssp, "--seconds", 0.5, *words)
         theirs = run(hexapod_ssp, 0.5, signals=["plant.theta"], parameters=chosen)["plant.theta"]
         assert same(ours["theta"], theirs[: len(ours["theta"])])
-        found[name] = ours
-    assert np.ptp(found["adapting"][f"K.{p}"]) > 0.0
-    assert np.ptp(found["frozen"][f"K.{p}"]) == 0.0
-    assert np.ptp(found["frozen"]["theta"]) > 0.01  # the reference as it stands rests for 2 s
+        starts[name] = ours
+    assert np.ptp(starts["adapting"][f"K.{p}"]) > 0.0
+    assert np.ptp(starts["frozen"][f"K.{p}"]) == 0.0
+    assert np.ptp(starts["frozen"]["theta"]) > 0.01  # the reference as it stands rests for 2 s
 
 
 @pytest.mark.parametrize(

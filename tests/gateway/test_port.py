@@ -27,7 +27,9 @@ def test_second_gateway_on_a_port_is_refused_and_harms_nothing(
     assert ran.one("summary")["lost"] == 0
 
 
-def test_port_that_is_down_and_missing_rights_are_told(hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_port_that_is_down_and_missing_rights_are_reported(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
     down = ("ip", "link", "set", "bus1", "down")
     switched_off = ("sh", "-c", f'{" ".join(down)}; exec "$@"', "sh")
     ran = Bench(hexapod_ssp, tmp_path).run(wrapper=switched_off, command=RUN)

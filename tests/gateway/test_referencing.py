@@ -37,8 +37,8 @@ def test_offsets_are_found_at_the_stops(referenced: tuple[Bench, Fallen]) -> Non
     assert ran.code == 0, ran.words
     record = tomllib.loads((bench.folder / "homing.toml").read_text())
     assert record["method"] == "stops"
-    found = np.array([axis["offset_counts"] for axis in record["axis"]])
-    off = (found - np.array(COUNTS)).astype(np.int32) * STEP
+    offsets = np.array([axis["offset_counts"] for axis in record["axis"]])
+    off = (offsets - np.array(COUNTS)).astype(np.int32) * STEP
     # half a cycle of the speed: where it stood in the cycle before it met the stop
     assert np.abs(off).max() < 1e-4, off
     assert np.allclose(record["pose_rad"], fallen.theta[0], atol=1e-3)
@@ -93,10 +93,10 @@ def test_wrong_offset_rests_elsewhere_than_at_homing_and_is_refused(
     named = (NAMED[0], f'file = "{wrong(bench, axis, off).name}"')
     fallen = free(bench, OFFSETS, changes=(named,))
     assert fallen.ran.code == 1
-    told = fallen.ran.one("refused")
-    assert told["kind"] == "not_as_homed"
-    assert f"axis {axis + 1}: theta = -" in told["message"]
-    assert "when it was homed (pose_rad in homing.file), more than 0.1 rad away" in told["message"]
+    event = fallen.ran.one("refused")
+    assert event["kind"] == "not_as_homed"
+    assert f"axis {axis + 1}: theta = -" in event["message"]
+    assert "when it was homed (pose_rad in homing.file), more than 0.1 rad away" in event["message"]
     never_enabled(fallen.ran)
     if axis == 0:
         falls.add(fallen.refused("offset of the homing file wrong by 0.12 rad"))

@@ -151,7 +151,9 @@ def test_system_that_does_not_fit_is_bad_input(
     assert not ran.happened("state"), "not one frame was sent"
 
 
-def test_full_disk_is_told_and_does_not_stop_the_machine(hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_full_disk_is_reported_and_does_not_stop_the_machine(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
     ran = Bench(hexapod_ssp, tmp_path).run(record=Path("/dev/full"), seconds=2.5)
     assert ran.code == 1
     summary = ran.one("summary")

@@ -33,28 +33,28 @@ def recorded(cycles: int = 20, lost: int = 3, left_out: int = 5) -> Recording:
     names = [f"{name}[{axis}]" for name in CHANNELS for axis in range(1, 7)]
     names = ["time", *names, *PLAIN]
     rows = np.zeros((cycles, len(names)))
-    found = Recording(
+    recording = Recording(
         tuple(names), ("1",) * len(names), rows, {"base_step_s": "0.25", "signals": "-"}
     )
     n = np.arange(float(cycles))
     rows[:, 0] = 0.25 * (n + (n >= left_out))
     for name, value in (("statusword", ENABLED), ("al_state", OP)):
-        rows[:, found.places(name)] = value
+        rows[:, recording.places(name)] = value
     for name, column in (("phase", 1), ("answered", 1), ("working_counter", 18), ("compute", n)):
-        rows[:, found.places(name)[0]] = column
-    rows[lost, found.places("answered")] = 0
-    rows[lost, found.places("theta")] = np.nan
-    rows[:, found.places("e")] = 1e-6 * np.outer(n, np.arange(1, 7))
-    rows[-1, found.places("statusword")[1]] = FAULT
-    rows[-1, found.places("error_code")[1]] = 0x7305
-    return found
+        rows[:, recording.places(name)[0]] = column
+    rows[lost, recording.places("answered")] = 0
+    rows[lost, recording.places("theta")] = np.nan
+    rows[:, recording.places("e")] = 1e-6 * np.outer(n, np.arange(1, 7))
+    rows[-1, recording.places("statusword")[1]] = FAULT
+    rows[-1, recording.places("error_code")[1]] = 0x7305
+    return recording
 
 
-def write(found: Recording, file: Path) -> Path:
+def write(recording: Recording, file: Path) -> Path:
     """The recording as the gateway writes it."""
-    head = [f"# {key}: {value}" for key, value in found.meta.items()]
-    lines = [",".join(found.names), ",".join(found.units)]
-    rows = [",".join("NaN" if np.isnan(v) else f"{v:.17g}" for v in row) for row in found.rows]
+    head = [f"# {key}: {value}" for key, value in recording.meta.items()]
+    lines = [",".join(recording.names), ",".join(recording.units)]
+    rows = [",".join("NaN" if np.isnan(v) else f"{v:.17g}" for v in row) for row in recording.rows]
     file.write_text("\n".join([*head, *lines, *rows]) + "\n")
     return file
 
@@ -62,24 +62,24 @@ def write(found: Recording, file: Path) -> Path:
 def test_what_was_missed_is_counted() -> None:
     gaps = missed(recorded())
     assert (gaps.left_out, gaps.unanswered, gaps.short) == (1, 1, 0)
-    found = recorded()
-    found.rows[7, found.places("working_counter")] = 15
-    assert missed(found).short == 1
+    recording = recorded()
+    recording.rows[7, recording.places("working_counter")] = 15
+    assert missed(recording).short == 1
 
 
 def test_errors_are_judged_after_the_hold() -> None:
     """Settled after 2 s: cycles 8 to 19 (one was left out), axis k has k µrad a cycle."""
-    told = errors(recorded())
+    listed = errors(recorded())
     n = np.arange(8.0, 20.0)
-    for axis, (rms, most, at) in enumerate(told, start=1):
+    for axis, (rms, most, at) in enumerate(listed, start=1):
         assert rms == pytest.approx(axis * np.sqrt(np.mean(n**2)), rel=1e-9)
         assert (most, at) == (pytest.approx(axis * 19.0, rel=1e-9), 5.0)
 
 
-def test_states_that_changed_are_told_with_their_axes() -> None:
-    told = changes(recorded())
-    assert told[:3] == [(0.0, "all", text) for text in ("OP", "no fault", "operation enabled")]
-    assert told[3:] == [(5.0, "2", "fault"), (5.0, "2", "fault 0x7305")]
+def test_states_that_changed_are_reported_with_their_axes() -> None:
+    listed = changes(recorded())
+    assert listed[:3] == [(0.0, "all", text) for text in ("OP", "no fault", "operation enabled")]
+    assert listed[3:] == [(5.0, "2", "fault"), (5.0, "2", "fault 0x7305")]
     assert drive_state(0x0250) == "switch on disabled"
     assert drive_state(0x0231) == "ready to switch on"
 
@@ -100,10 +100,10 @@ def test_command_tells_and_draws(tmp_path: Path) -> None:
     assert re.search(r"largest +at *\n.*µrad +s", done.output)
     assert "operation enabled" in page.read_text()
     # a panel for each axis, which one selector chooses
-    told = re.search(r"const figures = (\{.*?\});\n", page.read_text())
-    assert told
+    match = re.search(r"const figures = (\{.*?\});\n", page.read_text())
+    assert match
     for name in ("error", "theta", "tau_meas"):
-        drawn = json.loads(told[1])[name]
+        drawn = json.loads(match[1])[name]
         assert [line["meta"] for line in drawn["data"]] == [
             {"panel": k, "joint": k + 1} for k in range(6)
         ]
@@ -121,12 +121,12 @@ def test_file_of_another_kind_says_what_shows_it(tmp_path: Path) -> None:
         assert "`flexhex view` and `flexhex plot` show results" in str(done.exception)
 
 
-def test_file_of_a_trip_is_told_too(tmp_path: Path) -> None:
+def test_file_of_a_trip_is_reported_too(tmp_path: Path) -> None:
     """Only the reaction: no cycle of the controller is in it."""
-    found = recorded()
-    found.rows[:, found.places("phase")] = 2
-    found.meta["trip"] = "jump: axis 2: angle jumped"
-    file = write(found, tmp_path / "run-trip.csv")
+    recording = recorded()
+    recording.rows[:, recording.places("phase")] = 2
+    recording.meta["trip"] = "jump: axis 2: angle jumped"
+    file = write(recording, tmp_path / "run-trip.csv")
     done = CliRunner().invoke(app, ["report", str(file), "--page", str(tmp_path / "a.html")])
     assert done.exit_code == 0, done.output
     assert "tripped: jump: axis 2: angle jumped" in done.output

@@ -47,7 +47,7 @@ def gets(kind: signal.Signals) -> Acts:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Stop:
     """A wish to end, the cycle in which it comes, and what is said."""
 
     name: str
@@ -55,29 +55,29 @@ class Asked:
     cycle: int = AT
 
 
-ASKED = (
-    Asked("Ctrl-C (SIGINT)", signal.SIGINT),
-    Asked("SIGTERM", signal.SIGTERM),
-    Asked("closed terminal (SIGHUP)", signal.SIGHUP),
-    Asked("Ctrl-C in the lift-off", signal.SIGINT, LIFTING),
-    Asked("Ctrl-Z (SIGTSTP)", signal.SIGTSTP),
-    Asked("Ctrl-\\ (SIGQUIT)", signal.SIGQUIT),
-    Asked("power cut announced (SIGPWR)", signal.SIGPWR),
-    Asked("limit of computing time (SIGXCPU)", signal.SIGXCPU),
+STOPS = (
+    Stop("Ctrl-C (SIGINT)", signal.SIGINT),
+    Stop("SIGTERM", signal.SIGTERM),
+    Stop("closed terminal (SIGHUP)", signal.SIGHUP),
+    Stop("Ctrl-C in the lift-off", signal.SIGINT, LIFTING),
+    Stop("Ctrl-Z (SIGTSTP)", signal.SIGTSTP),
+    Stop("Ctrl-\\ (SIGQUIT)", signal.SIGQUIT),
+    Stop("power cut announced (SIGPWR)", signal.SIGPWR),
+    Stop("limit of computing time (SIGXCPU)", signal.SIGXCPU),
 )
 
 
 @pytest.mark.sample(2)
-@pytest.mark.parametrize("asked", ASKED, ids=lambda asked: asked.name)
+@pytest.mark.parametrize("stop", STOPS, ids=lambda stop: stop.name)
 def test_signal_lands_the_machine(
-    asked: Asked, hexapod_ssp: Path, tmp_path: Path, falls: Table
+    stop: Stop, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
-    act, cycle = gets(asked.kind), asked.cycle
+    act, cycle = gets(stop.kind), stop.cycle
     fallen = free(Bench(hexapod_ssp, tmp_path), paused(cycle), paused=act, seconds=100.0)
     assert fallen.ran.code == 0, fallen.ran.words
     assert "stopped on request, drives disabled" in fallen.ran.words
     fallen.ends_at_rest(cycle)
-    falls.add(fallen.row(asked.name, "none", "land", cycle))
+    falls.add(fallen.row(stop.name, "none", "land", cycle))
 
 
 def test_ctrl_c_before_power_is_heeded_at_once(hexapod_ssp: Path, tmp_path: Path) -> None:
@@ -179,10 +179,10 @@ def watchdogs(fallen: Fallen, since: int, cycles: int) -> int:
     assert {e["position"] for e in fallen.ran.happened("watchdog")} == {0, 1, 2, 3, 4, 5}
     after = {e["cycle"] - since for e in fallen.ran.happened("torque_zero")}
     assert len(after) == 1
-    (found,) = after
-    assert found in range(cycles - 1, cycles + 2)
+    (watchdog,) = after
+    assert watchdog in range(cycles - 1, cycles + 2)
     fallen.ends_at_rest(since)
-    return int(found)
+    return int(watchdog)
 
 
 @dataclass(frozen=True)

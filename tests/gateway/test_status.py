@@ -39,8 +39,8 @@ def beside(gateway: subprocess.Popen[str], *words: object) -> subprocess.Complet
     return subprocess.run(command, capture_output=True, text=True, timeout=60)
 
 
-def asked(
-    bench: Bench, told: dict[str, Any], *options: object
+def queried(
+    bench: Bench, state: dict[str, Any], *options: object
 ) -> Callable[[subprocess.Popen[str]], None]:
     """Asks a running gateway for its status, and ends it."""
     program = built() / "flexhex-gateway"
@@ -48,8 +48,8 @@ def asked(
 
     def ask(gateway: subprocess.Popen[str]) -> None:
         def act(pid: int) -> None:
-            told["status"] = beside(gateway, *words)
-            told["page"] = beside(gateway, "python3", "-c", FETCH.format(port=PORT))
+            state["status"] = beside(gateway, *words)
+            state["page"] = beside(gateway, "python3", "-c", FETCH.format(port=PORT))
             os.kill(pid, signal.SIGINT)
 
         beside(gateway, "ip", "link", "set", "lo", "up")
@@ -63,17 +63,17 @@ UP = ("sh", "-c", 'ip link set lo up; exec "$@"', "sh")
 
 
 def test_status_and_page_show_a_run_and_only_read(hexapod_ssp: Path, tmp_path: Path) -> None:
-    told: dict[str, Any] = {}
+    state: dict[str, Any] = {}
     bench = Bench(hexapod_ssp, tmp_path)
     ran = bench.run(
         seconds=1000.0,
         command=("run", "--enable", "--lockstep", "--page", PORT),
         wrapper=UP,
-        during=asked(bench, told, "--json"),
+        during=queried(bench, state, "--json"),
     )
     assert ran.code == 0, ran.words
     assert f"http://127.0.0.1:{PORT}/" in ran.words
-    done = told["status"]
+    done = state["status"]
     assert done.returncode == 0, done.stderr
     live = json.loads(done.stdout.splitlines()[-1])
     assert (live["event"], live["phase"]) == ("live", "running")
@@ -86,7 +86,7 @@ def test_status_and_page_show_a_run_and_only_read(hexapod_ssp: Path, tmp_path: P
     axes = [line.split() for line in done.stderr.splitlines() if "operation enabled" in line]
     assert [line[0] for line in axes] == list("123456")
     assert float(axes[2][1]) == round(live["theta"][2], 6)
-    page, shown, posted, foreign, unknown = json.loads(told["page"].stdout)
+    page, shown, posted, foreign, unknown = json.loads(state["page"].stdout)
     assert page[0] == 200
     assert "<!doctype html>" in page[1]
     assert "default-src 'none'" in page[2]["Content-Security-Policy"]

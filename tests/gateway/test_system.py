@@ -110,10 +110,10 @@ def test_another_fmu_stands_in_for_the_plant(
 def tripped(*arguments: object) -> tuple[str, int, str]:
     """Kind of a trip, base step and message."""
     done = closed_loop(*arguments)
-    found = re.fullmatch(r"trip (\w+)(?:\(.*\))? at (\d+): (.*)\n", done.stderr)
+    match = re.fullmatch(r"trip (\w+)(?:\(.*\))? at (\d+): (.*)\n", done.stderr)
     assert done.returncode == 3, done.stderr
-    assert found, done.stderr
-    return found[1], int(found[2]), found[3]
+    assert match, done.stderr
+    return match[1], int(match[2]), match[3]
 
 
 @pytest.mark.parametrize("own", [(), ("--own-thread", "K")], ids=["inside", "thread"])
@@ -149,9 +149,9 @@ def test_trouble_in_an_fmu_trips_at_its_base_step(
     tmp_path: Path,
 ) -> None:
     package = spoiled(hexapod_ssp, spoil, tmp_path / "spoiled.ssp")
-    found = tripped(package, "--seconds", 0.1, "--fault-trips", *own)
-    assert found[:2] == (kind, now)
-    assert said in found[2]
+    trip = tripped(package, "--seconds", 0.1, "--fault-trips", *own)
+    assert trip[:2] == (kind, now)
+    assert said in trip[2]
 
 
 @pytest.mark.parametrize(
@@ -177,9 +177,9 @@ def test_trouble_in_the_estimator_trips_when_its_result_is_due(
 
 def test_a_late_estimator_trips_when_its_result_is_due(hexapod_ssp: Path, tmp_path: Path) -> None:
     package = spoiled(hexapod_ssp, Spoil("K", 3, "sleep", value=60.0), tmp_path / "late.ssp")
-    found = tripped(package, "--seconds", 0.2, "--own-thread", "K", "--wait", 0.5)
-    assert found[:2] == ("Late", 480)
-    assert "K: fed at base step 360, not finished at 480" in found[2]
+    trip = tripped(package, "--seconds", 0.2, "--own-thread", "K", "--wait", 0.5)
+    assert trip[:2] == ("Late", 480)
+    assert "K: fed at base step 360, not finished at 480" in trip[2]
 
 
 def test_lockstep_waits_for_a_late_estimator(hexapod_ssp: Path, tmp_path: Path) -> None:

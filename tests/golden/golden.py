@@ -39,8 +39,8 @@ def write(path: Path, names: list[str], rows: NDArray[np.float64]) -> None:
         writer.writerows([repr(float(v)) for v in row] for row in rows)
 
 
-def play(fmu: Path, names: list[str], rows: NDArray[np.float64], held: int) -> Table:
-    """Feed rows of inputs, each held for `held` Ts, to a fresh instance; outputs after each."""
+def play(fmu: Path, names: list[str], rows: NDArray[np.float64], repeats: int) -> Table:
+    """Feed rows of inputs, each held for `repeats` Ts, to a fresh instance; outputs after each."""
     description = fmpy.read_model_description(str(fmu))
     variables = {v.name: v for v in description.modelVariables}
     outputs = outputs_of(description)
@@ -60,7 +60,7 @@ def play(fmu: Path, names: list[str], rows: NDArray[np.float64], held: int) -> T
         answers = []
         for k, row in enumerate(rows):
             slave.setReal([variables[name].valueReference for name in names], list(row))
-            slave.doStep(k * held * Ts, held * Ts)
+            slave.doStep(k * repeats * Ts, repeats * Ts)
             answers.append(values_of(slave, outputs))
         slave.terminate()
         slave.freeInstance()

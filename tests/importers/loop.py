@@ -53,15 +53,15 @@ def own_rows(path: Path, parameters: Parameters | None = None) -> Rows:
     seen = np.arange(1, N_STEPS + 1)
     rows = {}
     for component, names in scalars(package).items():
-        held = seen // period(package.instance(component), package.base)
+        repeats = seen // period(package.instance(component), package.base)
         for name in names:
-            rows[f"{component}.{name}"] = result[f"{component}.{name}"][held]
+            rows[f"{component}.{name}"] = result[f"{component}.{name}"][repeats]
     return rows
 
 
-def assert_same_bits(found: Rows, expected: Rows, what: str) -> None:
+def assert_same_bits(actual: Rows, expected: Rows, what: str) -> None:
     """Every row of every signal is equal to the last bit, and the loop did something."""
-    assert found.keys() == expected.keys(), what
+    assert actual.keys() == expected.keys(), what
     assert np.ptp(expected["plant.theta[1]"]) > 0.01, "the loop rests: nothing was shown"
     assert len(expected["plant.theta[1]"]) >= 100, "hardly anything was compared"
     estimates = [name for name in expected if name.startswith("K.p.")]
@@ -69,7 +69,7 @@ def assert_same_bits(found: Rows, expected: Rows, what: str) -> None:
         adapted = max(np.ptp(expected[name]) for name in estimates)
         assert adapted > 0.01, "nothing adapts: nothing was shown"
     for name, values in expected.items():
-        theirs = np.ascontiguousarray(found[name])
+        theirs = np.ascontiguousarray(actual[name])
         assert theirs.shape == values.shape, f"{what}: {name} has {len(theirs)} rows"
         if theirs.tobytes() != np.ascontiguousarray(values).tobytes():
             first = int(np.flatnonzero(theirs != values)[0])
@@ -118,10 +118,10 @@ def libcosim_rows(source: str, folder: Path, package: Package) -> Rows:
         for name, listed in references.items():
             rows[name].append(list(observer.last_real_values(index[name], listed)))
     assert execution.status().current_time == N_STEPS * 250_000, "not the base step [ns]"
-    found: dict[str, Array] = {}
+    columns: dict[str, Array] = {}
     for name, listed in outputs.items():
-        found |= rows_of(rows[name], [f"{name}.{s}" for s in listed])
-    return found
+        columns |= rows_of(rows[name], [f"{name}.{s}" for s in listed])
+    return columns
 
 
 def rows_of(rows: Sequence[Sequence[float]] | Array, names: Sequence[str]) -> Rows:

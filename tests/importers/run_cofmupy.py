@@ -14,11 +14,11 @@ coordinator = Coordinator()
 coordinator.start(config)
 for _ in range(int(steps)):
     coordinator.do_step(float(step_size))
-found = coordinator.get_results()
-names = [key for key in found if key != "time"]
+results = coordinator.get_results()
+names = [key for key in results if key != "time"]
 np.savez(
     result,
     names=json.dumps([".".join(name) for name in names]),
-    rows=np.array([found[name] for name in names]).T,
-    time=np.array(found["time"]),
+    rows=np.array([results[name] for name in names]).T,
+    time=np.array(results["time"]),
 )

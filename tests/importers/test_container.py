@@ -60,25 +60,25 @@ def contained(
 
 def test_container_equals_its_parts_stepped_by_themselves(tmp_path: Path) -> None:
     """Against plain Python under the timing rule; periods 1, 1, 2, 120 in a ring."""
-    found, system = contained(1e6, tmp_path, 1200)
+    result, system = contained(1e6, tmp_path, 1200)
     expected = toys.jacobi(system, 1200)
     for name in RELAYS:
         for k in (1, 2):
             theirs = np.array(expected[name])[1:, k - 1]
-            assert found[f"{name}_y[{k}]"].tobytes() == theirs.tobytes(), name
+            assert result[f"{name}_y[{k}]"].tobytes() == theirs.tobytes(), name
             assert np.ptp(theirs) > 0.1, f"{name} rests: nothing was shown"
-    assert not found["fault"].any()
+    assert not result["fault"].any()
 
 
 def test_part_that_is_fed_out_of_range_keeps_its_inputs_and_reports_a_fault(tmp_path: Path) -> None:
     """c, of period 4, allows stamps up to 40. Its tick at 48 is fed 44: from 52 on its fault
     is 1 and it hands on the stamp of 40, while the others go on."""
-    found, _ = contained(40.0, tmp_path, 80)
+    result, _ = contained(40.0, tmp_path, 80)
     seen = np.arange(1, 81)
-    np.testing.assert_array_equal(found["c_fault"], (seen >= 52).astype(float))
-    np.testing.assert_array_equal(found["fault"], found["c_fault"])
-    assert found["c_y[1]"][-1] == found["c_y[1]"][50] == 40.0
-    assert found["b_y[1]"][-1] > 70.0
+    np.testing.assert_array_equal(result["c_fault"], (seen >= 52).astype(float))
+    np.testing.assert_array_equal(result["fault"], result["c_fault"])
+    assert result["c_y[1]"][-1] == result["c_y[1]"][50] == 40.0
+    assert result["b_y[1]"][-1] > 70.0
 
 
 def test_input_that_nothing_feeds_is_refused(tmp_path: Path) -> None:

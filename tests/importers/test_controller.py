@@ -102,8 +102,8 @@ def test_controller_in_the_loop_gives_the_same_bits(controller_ssp: Path, single
     for alone, inside in pairs.items():
         group = single.group(alone)
         theirs = together[inside]
-        held = np.arange(len(theirs)) // group.period
-        assert theirs.tobytes() == single[alone][held].tobytes(), inside
+        places = np.arange(len(theirs)) // group.period
+        assert theirs.tobytes() == single[alone][places].tobytes(), inside
     assert np.ptp(together["plant.theta"], axis=0).min() > 0.01, "the loop rests"
     assert np.ptp(together["controller.K_p"], axis=0).max() > 0.01, "nothing adapts"
     assert not together["controller.fault"].any()

@@ -61,8 +61,8 @@ def test_fmi_sim_gives_the_shipped_results(block: str, fmu_dir: Path, tmp_path: 
         inputs = early(archive.read(IN).decode()) if IN in archive.namelist() else ""
     names, wanted = table(shipped)
     step = float(wanted[1, 0] - wanted[0, 0])
-    found, rows = table(simulated(fmu, inputs, step, float(wanted[-1, 0]), tmp_path))
-    assert found == names
+    header, rows = table(simulated(fmu, inputs, step, float(wanted[-1, 0]), tmp_path))
+    assert header == names
     at = np.round(wanted[:, 0] / step).astype(int)
     assert np.abs(np.ptp(wanted[:, 1:], axis=0)).max() > 0, "the case must move something"
     assert np.array_equal(rows[at, 1:], wanted[:, 1:])

@@ -40,8 +40,8 @@ def test_libcosim_gives_the_same_bits(loop_ssp: Path, expected: Rows, tmp_path: 
     """The step size comes from the .ssp's own annotation, osp:FixedStepAlgorithm."""
     with zipfile.ZipFile(loop_ssp) as archive:
         archive.extractall(tmp_path)  # libcosim wants the folder that holds SystemStructure.ssd
-    found = libcosim_rows("from_ssp_file", tmp_path, read_ssp(loop_ssp))
-    assert_same_bits(found, expected, "libcosim")
+    loaded = libcosim_rows("from_ssp_file", tmp_path, read_ssp(loop_ssp))
+    assert_same_bits(loaded, expected, "libcosim")
 
 
 @pytest.mark.sample(2, of="importers of the loop")
@@ -83,8 +83,8 @@ def test_toolbox_container_gives_the_same_bits(
             output_interval=BASE,
             output=list(names.values()),
         ).result()
-    found = {ours: rows[theirs][1 : N_STEPS + 1] for ours, theirs in names.items()}
-    assert_same_bits(found, expected, "toolbox container")
+    by_name = {ours: rows[theirs][1 : N_STEPS + 1] for ours, theirs in names.items()}
+    assert_same_bits(by_name, expected, "toolbox container")
 
 
 def _names_inside(path: Path) -> dict[str, str]:

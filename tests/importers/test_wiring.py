@@ -46,8 +46,8 @@ def test_libcosim_gives_the_same_bits_from_its_own_format(
 ) -> None:
     export_wiring(loop_ssp, tmp_path, "osp", SECONDS)
     package = read_ssp(loop_ssp)
-    found = libcosim_rows("from_osp_config_file", tmp_path, package)
-    assert_same_bits(found, expected, "libcosim, OspSystemStructure.xml")
+    result = libcosim_rows("from_osp_config_file", tmp_path, package)
+    assert_same_bits(result, expected, "libcosim, OspSystemStructure.xml")
 
 
 @pytest.mark.slow
@@ -69,9 +69,9 @@ def test_cofmupy_gives_the_same_bits_with_the_reference_one_step_early(
     assert done.returncode == 0, done.stderr
     early = own_rows(loop_ssp, parameters={"reference.t_start": 0.06 - BASE})
     with np.load(result) as stored:
-        found = rows_of(stored["rows"], json.loads(str(stored["names"])))
+        data = rows_of(stored["rows"], json.loads(str(stored["names"])))
     shown = {name: values for name, values in early.items() if not name.startswith("reference.")}
-    assert_same_bits({name: found[name] for name in shown}, shown, "cofmupy")
+    assert_same_bits({name: data[name] for name in shown}, shown, "cofmupy")
 
 
 @pytest.mark.slow
@@ -79,8 +79,8 @@ def test_maestro_gives_the_same_bits(loop_ssp: Path, expected: Rows, tmp_path: P
     """All FMUs, with the program that the export writes. Its row k is seen at base step k."""
     program = export_wiring(loop_ssp, tmp_path, "maestro", SECONDS)[-1]
     call = ["interpret", program.name, "-runtime", "maestro-run.json", "-output", "out"]
-    found = maestro_rows(call, tmp_path)
-    assert_same_bits({name: found[name] for name in expected}, expected, "Maestro")
+    result = maestro_rows(call, tmp_path)
+    assert_same_bits({name: result[name] for name in expected}, expected, "Maestro")
 
 
 @pytest.mark.slow
@@ -109,11 +109,11 @@ def test_maestro_gives_the_same_bits_from_a_multi_model(loop_ssp: Path, tmp_path
     export_wiring(loop_ssp, tmp_path, "maestro", SECONDS)
     (tmp_path / "three.json").write_text(maestro(part, SECONDS + BASE), encoding="utf-8")
     call = ["import", "Sg1", "three.json", "-fsp", ".", "-nop", "-output", "out", "-i"]
-    found = maestro_rows(call, tmp_path)
+    actual = maestro_rows(call, tmp_path)
     alone = own_rows(loop_ssp, parameters={"feedback.ff_gain": 0.0})
-    shown = {name: alone[name] for name in alone if name in found}
+    shown = {name: alone[name] for name in alone if name in actual}
     assert len(shown) >= 19, "hardly anything was compared"
-    assert_same_bits({name: found[name] for name in shown}, shown, "Maestro, multi-model")
+    assert_same_bits({name: actual[name] for name in shown}, shown, "Maestro, multi-model")
 
 
 def run_maestro(words: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:

@@ -19,10 +19,10 @@ from tests.conftest import MACHINE_FILE, OUT, one_at_a_time
 @pytest.fixture(scope="module")
 def alone() -> Builder:
     """FMUs and system descriptions of the actuators alone."""
-    made = Builder(MACHINE_FILE.with_name("tflex-actuators.toml"), OUT / "actuators")
+    builder = Builder(MACHINE_FILE.with_name("tflex-actuators.toml"), OUT / "actuators")
     with one_at_a_time(OUT):
-        made.systems()
-    return made
+        builder.systems()
+    return builder
 
 
 def test_parameters_are_those_of_actuators_and_upper_arms(alone: Builder) -> None:
@@ -49,8 +49,8 @@ def test_plant_moves_as_each_arm_alone_would(alone: Builder) -> None:
         t = 0.004
         wanted = -(offset + weight) / J * t**2 / 2
         # the first base step passes before the plant's first tick
-        found = result["plant.theta"][round(t / 0.00025) + 1, i]
-        assert found == pytest.approx(wanted, rel=0.03), f"joint {i + 1}"
+        actual = result["plant.theta"][round(t / 0.00025) + 1, i]
+        assert actual == pytest.approx(wanted, rel=0.03), f"joint {i + 1}"
 
 
 @pytest.mark.parametrize(("name", "reached"), [("exact-fixed", 0.0632), ("exact-adaptive", 0.229)])
@@ -67,14 +67,14 @@ def test_exact_actuators_leave_little_error(alone: Builder, name: str, reached: 
 def test_feedback_only_is_near_the_papers_row(which: str, alone: Builder, builder: Builder) -> None:
     """One parameter set meets both rows within 15 %, over the whole 50 s. The machine was tuned to
     them (docs/decisions/0004-machine.md), so this guards the tuning and proves nothing."""
-    made = builder if which == "total" else alone
-    known = published(made.machine_file)
+    chosen = builder if which == "total" else alone
+    known = published(chosen.machine_file)
     assert known
     paper = known.rows["feedback"]
-    case = table_cases(made.machine, base_parameters(made.machine), 50.0)[0]
+    case = table_cases(chosen.machine, base_parameters(chosen.machine), 50.0)[0]
     # a folder of its own: other test processes simulate other lengths of the case
     case = replace(case, name=f"row-{case.name}")
-    result = run(made.case(case), case.duration, signals=["feedback.e", "feedback.tau_fb"])
+    result = run(chosen.case(case), case.duration, signals=["feedback.e", "feedback.tau_fb"])
     judged = result.time("feedback.e") > SETTLE
     assert rms(result["feedback.e"][judged]) * 1e6 == pytest.approx(paper[0], rel=0.15)
     assert rms(result["feedback.tau_fb"][judged]) == pytest.approx(paper[1], rel=0.15)

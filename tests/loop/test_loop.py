@@ -42,8 +42,8 @@ def test_exact_plant_leaves_little_error(builder: Builder, name: str, reached: f
     """What is reached [urad], and half as much again for other compilers' rounding. A delay of the
     reference that is wrong by a sixth of a base step gives 0.74 in place of 0.02."""
     p = base_parameters(builder.machine)
-    found = error(simulated(builder, case(extra_cases(builder.machine, p, SECONDS), name)))
-    assert 0 < found < 1.5 * reached
+    result = error(simulated(builder, case(extra_cases(builder.machine, p, SECONDS), name)))
+    assert 0 < result < 1.5 * reached
 
 
 def test_filtering_the_basis_beats_filtering_its_angle(builder: Builder) -> None:
@@ -58,9 +58,11 @@ def test_feedforward_and_adaptation_help_on_the_machine(builder: Builder) -> Non
     """Nominal parameters on a machine that differs: adaptive < fixed << feedback only. Reached are
     1083, 43.0 and 32.0 urad; noise and drift of machine.fmu are seeded, so a tenth is margin."""
     p = base_parameters(builder.machine)
-    found = {c.name: error(simulated(builder, c)) for c in table_cases(builder.machine, p, SECONDS)}
+    errors = {
+        c.name: error(simulated(builder, c)) for c in table_cases(builder.machine, p, SECONDS)
+    }
     wanted = {"feedback": 1083.0, "fixed": 43.0, "adaptive": 32.0}
-    assert found == pytest.approx(wanted, rel=0.1)
+    assert errors == pytest.approx(wanted, rel=0.1)
 
 
 def test_one_integration_step_stays_below_the_encoder(hexapod_ssp: Path, builder: Builder) -> None:

@@ -50,8 +50,8 @@ def test_plant_accelerates_as_lagrange_says(
     mechanism = parameters.full_mechanism(subject)
     p = parameters.base_parameters(machine)[:132]
     rates = plant["plant_rates"](theta, thetad, x[6:], z, mechanism, p, payload)
-    found = np.array(rates[0]) @ np.append(tau, 1.0)
-    assert_close(found, thetadd, atol=1e-10, what="thetadd")
+    actual = np.array(rates[0]) @ np.append(tau, 1.0)
+    assert_close(actual, thetadd, atol=1e-10, what="thetadd")
     assert_close(values(rates[1]), xd[6:], atol=3e-14, what="dd")
     slope = thetad / machine.actuator.sigma * (1 - np.sign(thetad) * z)
     assert_close(values(rates[2]), slope, rtol=1e-15, what="zd")
@@ -87,7 +87,7 @@ def test_undamped_plant_conserves_energy(machine: Machine, plant: Plant) -> None
     The energy is the oracle's. Runge-Kutta at 1 ms loses 1e-12 J; 1e-10 is allowed.
     """
     subject = machine.with_payload(0.5)
-    held = lagrange.gravity_torque(subject, np.zeros(6))
+    gravity = lagrange.gravity_torque(subject, np.zeros(6))
     mechanism, none = parameters.full_mechanism(machine), np.zeros(132)
     d = values(plant["plant_neutral"]()["d"])
 
@@ -99,13 +99,13 @@ def test_undamped_plant_conserves_energy(machine: Machine, plant: Plant) -> None
     def slope(y: Array) -> Array:
         state = (y[:6], y[6:], close(y[:6]), np.zeros(6), mechanism, none, 0.5)
         response = np.array(plant["plant_rates"](*state)[0])
-        return np.concatenate([y[6:], response @ np.append(held, 1.0)])
+        return np.concatenate([y[6:], response @ np.append(gravity, 1.0)])
 
     def energy(y: Array) -> tuple[float, float]:
         x = np.concatenate([y[:6], close(y[:6])])
         T = lagrange.kinetic_energy(subject, x, geometry.dependent_rates(subject, x) @ y[6:])
         V = lagrange.gravity_energy(subject, x) + lagrange.elastic_energy(subject, x)
-        return float(T), float(T + V - held @ y[:6])
+        return float(T), float(T + V - gravity @ y[:6])
 
     y, kinetic = np.concatenate([np.zeros(6), np.linspace(-0.6, 0.9, 6)]), []
     start = energy(y)[1]

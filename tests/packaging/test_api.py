@@ -97,9 +97,9 @@ def test_a_user_script_is_typed(tmp_path: Path) -> None:
     mypy = ("-m", "mypy", "--strict", "--follow-imports=silent", "--no-incremental")
     config = ("--config-file", str(ROOT / "pyproject.toml"))
     done = python(*mypy, *config, "right.py", "wrong.py", cwd=tmp_path)
-    found = [line for line in done.stdout.splitlines() if ": error: " in line]
-    assert {line.split(":")[0] for line in found} == {"wrong.py"}, done.stdout + done.stderr
-    assert 'expression has type "Build", variable has type "Fit"' in found[0]
+    errors = [line for line in done.stdout.splitlines() if ": error: " in line]
+    assert {line.split(":")[0] for line in errors} == {"wrong.py"}, done.stdout + done.stderr
+    assert 'expression has type "Build", variable has type "Fit"' in errors[0]
 
 
 LOADED = "import sys; print([m for m in {heavy!r} if m in sys.modules])"
@@ -142,13 +142,13 @@ def test_checkout_without_links_says_how_to_mend_it(tmp_path: Path) -> None:
 
 
 def test_links_survive_an_archive_of_the_repository(tmp_path: Path) -> None:
-    made = subprocess.run(["git", "archive", "HEAD", "flexhex"], cwd=ROOT, capture_output=True)
-    if made.returncode:
+    archive = subprocess.run(["git", "archive", "HEAD", "flexhex"], cwd=ROOT, capture_output=True)
+    if archive.returncode:
         pytest.skip("not a git checkout")
-    subprocess.run(["tar", "x", "-C", str(tmp_path)], input=made.stdout, check=True)
+    subprocess.run(["tar", "x", "-C", str(tmp_path)], input=archive.stdout, check=True)
     links = [path.name for path in (ROOT / "flexhex").iterdir() if path.is_symlink()]
     assert len(links) == 7
     for name in links:
-        found = tmp_path / "flexhex" / name
-        assert found.is_symlink()
-        assert found.readlink() == (ROOT / "flexhex" / name).readlink()
+        link = tmp_path / "flexhex" / name
+        assert link.is_symlink()
+        assert link.readlink() == (ROOT / "flexhex" / name).readlink()

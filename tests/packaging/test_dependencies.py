@@ -23,13 +23,13 @@ def distribution(requirement: str) -> str:
 
 def imports(path: Path) -> set[str]:
     """First words of all modules that a file imports, also inside functions."""
-    found: set[str] = set()
+    names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
+            names |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module.partition(".")[0])
-    return found - set(sys.stdlib_module_names) - {"flexhex"}
+            names.add(node.module.partition(".")[0])
+    return names - set(sys.stdlib_module_names) - {"flexhex"}
 
 
 def test_dependencies_are_what_the_package_imports() -> None:

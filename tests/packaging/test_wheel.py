@@ -24,25 +24,25 @@ def contents(wheel: Path) -> dict[str, bytes]:
 
 def expected() -> dict[str, Path]:
     """Every file under version control in the package's folders, by its name in the wheel."""
-    found = {}
+    files = {}
     for package, folder in LINKED.items():
         for path in tracked():
             if path.is_relative_to(ROOT / folder):
                 inside = path.relative_to(ROOT / folder).as_posix()
-                found[f"{package.replace('.', '/')}/{inside}"] = path
-    return found
+                files[f"{package.replace('.', '/')}/{inside}"] = path
+    return files
 
 
 def test_wheel_holds_the_package_and_nothing_else(dist: Path) -> None:
     (wheel,) = dist.glob("*.whl")
-    found = contents(wheel)
-    tops = {name.split("/")[0] for name in found}
+    result = contents(wheel)
+    tops = {name.split("/")[0] for name in result}
     assert tops == {"flexhex", wheel.name.rsplit("-", 3)[0] + ".dist-info"}
-    inside = {name: data for name, data in found.items() if name.startswith("flexhex/")}
+    inside = {name: data for name, data in result.items() if name.startswith("flexhex/")}
     files = expected()
     assert sorted(inside) == sorted(files)
     assert all(data == files[name].read_bytes() for name, data in inside.items())
-    assert f"{min(tops - {'flexhex'})}/licenses/LICENSE" in found
+    assert f"{min(tops - {'flexhex'})}/licenses/LICENSE" in result
 
 
 def test_sdist_holds_every_file_once_and_builds_the_same_wheel(dist: Path, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def figures_in(text: str) -> set[str]:
         r"<!-- (faults|falls|margins|drifts):.*?<!-- end of \1 -->", "", text, flags=re.DOTALL
     )
     text = re.sub(r"```.*?```|`[^`]*`|\]\([^)]*\)", "", text, flags=re.DOTALL)
-    return {found.strip() for found in FIGURE.findall(text)}
+    return {figure.strip() for figure in FIGURE.findall(text)}
 
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(ROOT).as_posix())
@@ -47,8 +47,8 @@ def test_text_says_what_the_results_files_say(path: Path) -> None:
 @pytest.mark.parametrize("path", TYPED, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_text_has_no_figure_of_its_own(path: Path) -> None:
     """Both ways: what is allowed and stands there no more is taken off the list."""
-    found = figures_in(path.read_text(encoding="utf-8"))
-    assert found == set(SPECIFICATIONS.get(path.relative_to(ROOT).as_posix(), {}))
+    figures = figures_in(path.read_text(encoding="utf-8"))
+    assert figures == set(SPECIFICATIONS.get(path.relative_to(ROOT).as_posix(), {}))
 
 
 def test_every_figure_and_table_stands_in_a_text() -> None:
@@ -59,17 +59,17 @@ def test_every_figure_and_table_stands_in_a_text() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_results_file_says_how_it_was_made(path: Path) -> None:
-    made = json.loads(path.read_text(encoding="utf-8"))["made"]
-    assert re.fullmatch(r"[0-9a-f]{40}", made["commit"])
-    assert made["dirty"] is False, "made from code that was not committed"
-    assert {"command", "exit", "minutes", "date", "computer"} <= set(made)
-    assert {"cpu", "cores", "load", "compiler"} <= set(made["computer"])
+    provenance = json.loads(path.read_text(encoding="utf-8"))["made"]
+    assert re.fullmatch(r"[0-9a-f]{40}", provenance["commit"])
+    assert provenance["dirty"] is False, "made from code that was not committed"
+    assert {"command", "exit", "minutes", "date", "computer"} <= set(provenance)
+    assert {"cpu", "cores", "load", "compiler"} <= set(provenance["computer"])
 
 
 def test_changed_figure_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     growth = {"parameters": [{"name": "10", "median": 2513.0}]}
-    found = {"growth": growth, "cases": {"repeatability": {"e": 25.13}}}
-    monkeypatch.setattr(render, "content", lambda name: {"found": found})
+    results = {"growth": growth, "cases": {"repeatability": {"e": 25.13}}}
+    monkeypatch.setattr(render, "content", lambda name: {"found": results})
     text = "e = <!--= repeatability -->25.2<!--/-->\n<!-- table: growth -->\n<!-- /table -->\n"
     lines = render.rendered(text).splitlines()
     assert lines[0] == "e = <!--= repeatability -->25.1<!--/-->"
@@ -94,7 +94,7 @@ def test_what_was_not_measured_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("text", "found"),
+    ("text", "figures"),
     [
         ("falls from 25.1 to 7.8 µrad", {"25.1", "7.8 µrad"}),
         ("takes 14 s and 1 GB, 3 × faster", {"14 s", "1 GB", "3 ×"}),
@@ -104,8 +104,8 @@ def test_what_was_not_measured_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path
         ("```\n25.1 µrad\n```", set()),
     ],
 )
-def test_figures_are_recognised(text: str, found: set[str]) -> None:
-    assert figures_in(text) == found
+def test_figures_are_recognised(text: str, figures: set[str]) -> None:
+    assert figures_in(text) == figures
 
 
 def test_record_keeps_what_a_command_prints(

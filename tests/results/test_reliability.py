@@ -16,7 +16,7 @@ def case(verdict: str, outcome: str, category: str = "single", alone: bool = Fal
 
 
 def test_right_answers_are_counted_by_verdict() -> None:
-    found = counts(
+    result = counts(
         [
             case("named", "right"),
             case("named", "wrong"),
@@ -39,7 +39,7 @@ def test_right_answers_are_counted_by_verdict() -> None:
         "none": (1, 2),
         "changed": (1, 2),
     }
-    assert found == {name: {"right": a, "of": b} for name, (a, b) in wanted.items()}
+    assert result == {name: {"right": a, "of": b} for name, (a, b) in wanted.items()}
 
 
 def test_package_says_what_the_results_file_says() -> None:

@@ -32,14 +32,14 @@ def harness(work: Path) -> Path:
 @pytest.fixture(scope="session")
 def relays(ring_ssp: Path, narrow_ssp: Path, work: Path) -> dict[int, list[str]]:
     """Library and GUID of relays by period; that of period 4 refuses stamps beyond 40."""
-    found = {}
+    matches = {}
     for steps, name, folder in ((2, "relay2", work), (4, "relay_narrow", work / "narrow")):
         file = folder / f"{name}.fmu"
         with zipfile.ZipFile(file) as archive:
             library = archive.extract(binary_path(name), work / "loose" / name)
         guid = read_fmu(file.read_bytes(), file.name).guid
-        found[steps] = [library, guid, str(steps)]
-    return found
+        matches[steps] = [library, guid, str(steps)]
+    return matches
 
 
 def drive(harness: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

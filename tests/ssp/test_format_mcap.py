@@ -32,12 +32,12 @@ def test_mcap_holds_a_topic_for_each_component(result: Result, tmp_path: Path) -
     assert times == sorted(times)
     assert {channel.message_encoding for _, channel, _, _ in listed} == {"json"}
     by_topic: dict[str, list[tuple[int, dict[str, object]]]] = {}
-    for _, channel, at, told in listed:
-        by_topic.setdefault(channel.topic, []).append((at, told))
+    for _, channel, at, data in listed:
+        by_topic.setdefault(channel.topic, []).append((at, data))
     assert {topic: len(m) for topic, m in by_topic.items()} == {
         "/plant": N, "/feedback": N, "/F": (N + 1) // 2, "/K": 6
     }  # fmt: skip
-    assert [told["theta"] for _, told in by_topic["/plant"]] == result["plant.theta"].tolist()
+    assert [data["theta"] for _, data in by_topic["/plant"]] == result["plant.theta"].tolist()
     assert [at for at, _ in by_topic["/F"][:3]] == [0, 500_000, 1_000_000]
     assert by_topic["/feedback"][7][1]["e"] == [None] * 3
     assert by_topic["/K"][1][1]["p"] == {"actuator[1].o": 2 / 7, "lower.J_xx": 3 / 7}

@@ -127,8 +127,8 @@ def test_logs_are_read_from_results(result: Result, tmp_path: Path, ending: str)
 
 
 def test_mat_holds_a_struct_for_each_rate(result: Result, tmp_path: Path) -> None:
-    found = loadmat(str(save(result, tmp_path / "ü.mat")), simplify_cells=True)
-    slow, fast = found["rate_250ms"], found["rate_0_25ms"]
+    loaded = loadmat(str(save(result, tmp_path / "ü.mat")), simplify_cells=True)
+    slow, fast = loaded["rate_250ms"], loaded["rate_0_25ms"]
     assert np.array_equal(fast["feedback_e"], result["feedback.e"], equal_nan=True)
     assert np.array_equal(fast["time"], result.time("feedback.e"))
     assert np.array_equal(slow["K_p_std_lower_J_xx"], result["K.p_std.lower.J_xx"])
@@ -136,15 +136,15 @@ def test_mat_holds_a_struct_for_each_rate(result: Result, tmp_path: Path) -> Non
     assert slow["unit"]["K_p"].tolist() == ["N m", "kg m2"]
     assert slow["name"]["K_p"].tolist() == ["K.p.actuator[1].o", "K.p.lower.J_xx"]
     assert slow["name"]["K_p_std_lower_J_xx"] == "K.p_std.lower.J_xx"
-    assert (found["meta"]["case"], found["meta"]["n"]) == ("fixed", 3)
+    assert (loaded["meta"]["case"], loaded["meta"]["n"]) == ("fixed", 3)
 
 
 def test_identifiers_are_valid_in_matlab_and_unique() -> None:
     names = ["a.b", "a_b", "0.25ms", "time", "é", "_x", "n" * 70, "n" * 71]
-    found = identifiers(names)
-    assert list(found) == names
-    assert len(set(found.values())) == len(names)
-    for name in found.values():
+    identified = identifiers(names)
+    assert list(identified) == names
+    assert len(set(identified.values())) == len(names)
+    for name in identified.values():
         assert name.isidentifier()
         assert name.isascii()
         assert name[0].isalpha()

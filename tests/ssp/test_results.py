@@ -93,8 +93,8 @@ def test_large_signals_are_stored_compactly_and_read_back_bit_for_bit(tmp_path: 
     theta = 1e-8 * np.round(1e7 * np.sin(rows * [1e-3, 2e-3, 3e-3]))
     theta[7], theta[8], theta[9] = np.nan, np.inf, -0.0
     signals = {"plant.theta": theta, "plant.fault": np.zeros(40_000)}
-    made = Result({"0.25ms": Group(1, 2.5e-4, signals)}, duration=10.0)
-    path = save(made, tmp_path / "r.h5")
+    large = Result({"0.25ms": Group(1, 2.5e-4, signals)}, duration=10.0)
+    path = save(large, tmp_path / "r.h5")
     # theta, fault and time, 8 bytes each
     assert path.stat().st_size < 0.75 * 5 * 8 * 40_000
     for name, values in signals.items():
@@ -109,8 +109,8 @@ def test_steps_of_a_current_are_stored_more_compactly_than_noise(tmp_path: Path)
     where sorted bytes take two thirds."""
     noise = np.random.default_rng(1).normal(0, 1.0, (40_000, 2))
     torque = 3e-3 * np.round(noise / 3e-2)
-    made = Result({"0.25ms": Group(1, 2.5e-4, {"tau": torque, "e": noise})}, duration=10.0)
-    path = save(made, tmp_path / "r.h5")
+    stepped = Result({"0.25ms": Group(1, 2.5e-4, {"tau": torque, "e": noise})}, duration=10.0)
+    path = save(stepped, tmp_path / "r.h5")
     with h5py.File(path, "r") as file:
         stored = {n: file[f"rates/0.25ms/{n}"].id.get_storage_size() for n in ("tau", "e")}
     assert stored["tau"] < 0.3 * torque.nbytes < 0.7 * noise.nbytes < stored["e"]

@@ -99,8 +99,8 @@ def test_omsimulators_importfile_knows_every_element(hexapod_ssp: Path) -> None:
     }
     document = etree.fromstring(members(hexapod_ssp)["SystemStructure.ssd"])
     for kind, allowed in known.items():
-        found = document.iterfind(f".//ssd:{kind}", NAMESPACES)
-        tags = {etree.QName(child).localname for element in found for child in element}
+        elements = document.iterfind(f".//ssd:{kind}", NAMESPACES)
+        tags = {etree.QName(child).localname for element in elements for child in element}
         assert tags - allowed == set()
 
 

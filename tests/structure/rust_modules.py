@@ -70,7 +70,7 @@ def parse(text: str) -> Module:
             if match["public"]:
                 module.reexported.add(local)
     body = _USE.sub(" ", text)
-    module.paths = {tuple(re.split(r"\s*::\s*", found)) for found in _PATH.findall(body)}
+    module.paths = {tuple(re.split(r"\s*::\s*", segments)) for segments in _PATH.findall(body)}
     module.words = set(re.findall(r"\w+", body))
     return module
 
@@ -148,9 +148,9 @@ def resolve(
     if not rest:
         return here, False
     if rest[0] in modules[here].children | set(modules[here].imported):
-        found = resolve(modules, here, rest, seen)
-        if found is not None:
-            return found
+        target = resolve(modules, here, rest, seen)
+        if target is not None:
+            return target
     return here, True
 
 
@@ -162,19 +162,19 @@ def dependencies(modules: dict[Name, Module]) -> dict[Name, set[Name]]:
         for local, path in module.imported.items():
             if local not in module.reexported or local in module.words:
                 paths.add(path)
-        found = [resolve(modules, name, path, frozenset()) for path in paths]
-        found += [
+        listed = [resolve(modules, name, path, frozenset()) for path in paths]
+        listed += [
             (end[0], True)
             for path in module.globs
             if (end := resolve(modules, name, path, frozenset()))
         ]
-        graph[name] = {end[0] for end in found if end and end[1]} - {name}
+        graph[name] = {end[0] for end in listed if end and end[1]} - {name}
     return graph
 
 
 def circles(graph: dict[Name, set[Name]]) -> list[str]:
     """Circles as "a -> b -> a", the first found below each parent module."""
-    found = []
+    listed = []
     for parent in sorted({name[:-1] for name in graph if name}):
         siblings: dict[Name, set[Name]] = {}
         for name, targets in graph.items():
@@ -183,8 +183,8 @@ def circles(graph: dict[Name, set[Name]]) -> list[str]:
                 if a is not None and b is not None and a != b:
                     siblings.setdefault(a, set()).add(b)
         if circle := _circle(siblings):
-            found.append(" -> ".join("::".join(("crate", *name)) for name in circle))
-    return found
+            listed.append(" -> ".join("::".join(("crate", *name)) for name in circle))
+    return listed
 
 
 def _below(parent: Name, name: Name) -> Name | None:

@@ -31,10 +31,10 @@ def test_least_squares_with_the_true_columns_finds_friction_and_no_delay(seed: i
         late = np.gradient(u, 1 / case.rate)
         X = np.stack([np.ones_like(q), a, v, run.z[:, i], *waves, late], axis=1)
         size = np.linalg.norm(X, axis=0)
-        found = np.linalg.lstsq(X / size, u, rcond=None)[0] / size
-        assert found[3] == pytest.approx(case.friction[i], rel=0.05)
-        assert found[2] == pytest.approx(case.damping[i], rel=0.1)
-        assert abs(found[-1]) < 1e-3, "a delay"
+        result = np.linalg.lstsq(X / size, u, rcond=None)[0] / size
+        assert result[3] == pytest.approx(case.friction[i], rel=0.05)
+        assert result[2] == pytest.approx(case.damping[i], rel=0.1)
+        assert abs(result[-1]) < 1e-3, "a delay"
 
 
 def test_cogging_has_whole_periods_in_a_turn_and_its_harmonics() -> None:
@@ -67,11 +67,11 @@ def test_draws_cover_orders_and_strokes() -> None:
 
 def test_what_is_written_is_the_motion_of_the_truth(tmp_path: Path) -> None:
     case = small(2)
-    made = write(case, tmp_path / "logs", tmp_path / "sealed")
-    assert (len(made.paths), len(made.test_paths)) == (4, 2)
-    truth = json.loads(made.sealed.read_text())
+    written = write(case, tmp_path / "logs", tmp_path / "sealed")
+    assert (len(written.paths), len(written.test_paths)) == (4, 2)
+    truth = json.loads(written.sealed.read_text())
     assert [h["id"] for h in truth["hidden"]] == ["coulomb_friction", "cogging_harmonic"]
-    with h5py.File(made.paths[0]) as file:
+    with h5py.File(written.paths[0]) as file:
         assert file["theta"].attrs["unit"] == "rad"
         theta, torque = np.array(file["theta"]), np.array(file["tau_meas"])
     first = len(runs_of(case)[0][0].q) - len(theta)

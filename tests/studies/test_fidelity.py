@@ -17,8 +17,8 @@ from studies.fidelity import WITHIN, Trajectory, deviations, extents, main, sens
 
 def test_deviation_is_of_the_mean_square() -> None:
     """Rows of 3 and 4 have an RMS of sqrt(12.5)."""
-    found = deviations([[3.0, 1.0], [4.0, 1.0]], [12.5**0.5, 2.0])
-    assert found == pytest.approx([0.0, -0.5], abs=1e-15)
+    result = deviations([[3.0, 1.0], [4.0, 1.0]], [12.5**0.5, 2.0])
+    assert result == pytest.approx([0.0, -0.5], abs=1e-15)
 
 
 def test_extents_are_those_of_points() -> None:
@@ -31,19 +31,19 @@ def test_extents_are_those_of_points() -> None:
 
 def test_bounds_are_the_machines_own(machine: Machine) -> None:
     runs = [Trajectory((), 0.2, 3.0, False), Trajectory((), 0.1, 4.0, True)]
-    found = sense(machine, runs)
-    assert found["angle [rad]"] == (0.2, machine.geometry.stroke)
-    assert found["torque [N m]"] == (4.0, machine.drive.tau_max)
-    assert found["end stops reached"] == (1.0, 0.0)
-    extent, joints = found["end-effector extent [m]"]
+    result = sense(machine, runs)
+    assert result["angle [rad]"] == (0.2, machine.geometry.stroke)
+    assert result["torque [N m]"] == (4.0, machine.drive.tau_max)
+    assert result["end stops reached"] == (1.0, 0.0)
+    extent, joints = result["end-effector extent [m]"]
     assert 0 < extent < joints < 0.3
 
 
 def test_recorded_row_is_the_published_one() -> None:
     """All eight columns with feedback only, as recorded from the simulated machine."""
-    found = json.loads((FOLDER / "paper.json").read_text(encoding="utf-8"))["found"]
-    row = [found["cases"]["feedback"][key] for key in KEYS]
-    assert np.abs(deviations([row], found["paper"]["feedback"])).max() < WITHIN
+    data = json.loads((FOLDER / "paper.json").read_text(encoding="utf-8"))["found"]
+    row = [data["cases"]["feedback"][key] for key in KEYS]
+    assert np.abs(deviations([row], data["paper"]["feedback"])).max() < WITHIN
 
 
 def test_command_prints_columns_and_bounds(
@@ -51,9 +51,9 @@ def test_command_prints_columns_and_bounds(
 ) -> None:
     """A short trajectory has other figures: only their number and the verdict's form are tested."""
     code = main(["--duration", "2", "--seeds", "4", "--json", "--out", str(tmp_path)])
-    found = json.loads(capsys.readouterr().out)
-    assert [len(row) for row in found["rows"]] == [len(KEYS)]
-    assert code == int(np.abs(found["deviations"]).max() > WITHIN)
+    data = json.loads(capsys.readouterr().out)
+    assert [len(row) for row in data["rows"]] == [len(KEYS)]
+    assert code == int(np.abs(data["deviations"]).max() > WITHIN)
 
 
 def test_mistakes_are_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:

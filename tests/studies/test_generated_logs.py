@@ -25,8 +25,8 @@ def test_logger_delays_both_torques_alike() -> None:
         shown = logged(case, clean)[0].channels[name].T
         late = signal[:, 0, FIRST:] - shown
         slope = np.gradient(signal[:, 0], 1 / RATE, axis=-1)[:, FIRST:]
-        found = np.sum(late * slope) / np.sum(slope**2)
-        assert found == pytest.approx(2.2 / RATE, rel=0.1), name
+        delay = np.sum(late * slope) / np.sum(slope**2)
+        assert delay == pytest.approx(2.2 / RATE, rel=0.1), name
     angles = logged(case, clean)[0].channels["theta"].T
     assert_close(angles, clean.q[:, 0, FIRST:], atol=0.51e-8)
 

@@ -68,8 +68,8 @@ def test_mechanism_agrees_with_lagrange(seed: int) -> None:
     own = random_bodies(read_machine(), seed) if seed else read_machine()
     q, v, a = (np.array(x) for x in random_motion(seed))
     mechanism = Mechanism(own)
-    found = mechanism.torque(mechanism.pose(q[:, None]), v[:, None], a[:, None], linear(own))
-    assert_close(found[:, 0], lagrange.torque(own, q, v, a), atol=1e-11)
+    torque = mechanism.torque(mechanism.pose(q[:, None]), v[:, None], a[:, None], linear(own))
+    assert_close(torque[:, 0], lagrange.torque(own, q, v, a), atol=1e-11)
 
 
 def test_mechanism_is_the_sum_of_its_columns() -> None:
@@ -140,8 +140,8 @@ def test_tilt_is_gravity_to_the_side_in_every_joint() -> None:
     heading = np.array([np.cos(tilt.effect.heading), np.sin(tilt.effect.heading), 0.0])
     aside = replace(case.truth, g=np.linalg.norm(case.truth.g) * heading)
     for run, sample in ((0, FIRST), (0, -1), (2, FIRST), (2, -1)):
-        found, q = gap[:, run, sample], clean.q[:, run, sample]
-        assert_close(found, tilt.gain * lagrange.gravity_torque(aside, q), atol=1e-14)
+        result, q = gap[:, run, sample], clean.q[:, run, sample]
+        assert_close(result, tilt.gain * lagrange.gravity_torque(aside, q), atol=1e-14)
 
 
 @pytest.mark.parametrize("id", ["coulomb_friction", "torque_ripple", "cogging_harmonic"])

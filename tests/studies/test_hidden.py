@@ -41,16 +41,16 @@ def verdict(category: str, id: str = "", size: float | None = None) -> Outcome:
 
 
 def test_nothing_hidden_names_nothing() -> None:
-    found = verdict("nothing")
-    assert found.outcome != "false_alarm", found
+    outcome = verdict("nothing")
+    assert outcome.outcome != "false_alarm", outcome
 
 
 @pytest.mark.parametrize("id", ["cogging_harmonic", "torque_ripple", "drive_lag"])
 def test_large_effect_is_found(id: str) -> None:
     """3 % of torque RMS, of which far more than the least share is observable."""
-    found = verdict("single", id, 0.03)
-    assert found.observable[0] > FAINT, "the case does not test what it says"
-    assert found.outcome in ("right", "ambiguous"), found
+    outcome = verdict("single", id, 0.03)
+    assert outcome.observable[0] > FAINT, "the case does not test what it says"
+    assert outcome.outcome in ("right", "ambiguous"), outcome
 
 
 def test_friction_does_not_bend_the_hysteresis_of_the_model(tmp_path: Path) -> None:
@@ -61,10 +61,10 @@ def test_friction_does_not_bend_the_hysteresis_of_the_model(tmp_path: Path) -> N
     both are named, in any order.
     """
     seed = seed_of("single", "coulomb_friction", 0.03)
-    made = FAMILIES["generator"](seed, tmp_path / "logs", tmp_path / "sealed", None)
-    found = engines.today(made.paths, made.test_paths, made.machine_file)
-    (hidden,) = json.loads(made.sealed.read_text(encoding="utf-8"))["hidden"]
-    (effect,) = found["effects"]
+    files = FAMILIES["generator"](seed, tmp_path / "logs", tmp_path / "sealed", None)
+    answer = engines.today(files.paths, files.test_paths, files.machine_file)
+    (hidden,) = json.loads(files.sealed.read_text(encoding="utf-8"))["hidden"]
+    (effect,) = answer["effects"]
     assert hidden["id"] in names_of(effect)
     assert effect["axes"] == hidden["axes"]
     assert effect["id"] in HEIGHT, "another form, whose height is another number"
@@ -74,10 +74,10 @@ def test_friction_does_not_bend_the_hysteresis_of_the_model(tmp_path: Path) -> N
 
 
 def test_effect_outside_the_list_gets_no_name() -> None:
-    found = verdict("outside", "limit_cycle", 0.03)
-    assert found.outcome in ("detected", "missed", "silent"), found
+    outcome = verdict("outside", "limit_cycle", 0.03)
+    assert outcome.outcome in ("detected", "missed", "silent"), outcome
 
 
 def test_payload_is_a_changed_parameter() -> None:
-    found = verdict("changed", "payload")
-    assert found.outcome == "right", found
+    outcome = verdict("changed", "payload")
+    assert outcome.outcome == "right", outcome

@@ -145,10 +145,10 @@ def test_calibration_sets_the_confidence_beside_what_was_right() -> None:
     right = score(said("named", effect("drag", [2])), DRAG)
     wrong = score(said("named", effect("bend", [2])), DRAG)
     sure = [replace(right, confidence=0.95), replace(wrong, confidence=0.95)]
-    found = rows([*sure, replace(wrong, confidence=0.3), replace(right, confidence=1.0), right])
-    assert found["confidence", "right where 20 to 40 % is printed"] == (0, 1)
-    assert found["confidence", "right where 80 to 100 % is printed"] == (2, 3)
-    assert found["confidence", "right where 0 to 20 % is printed"] == (0, 0)
+    table = rows([*sure, replace(wrong, confidence=0.3), replace(right, confidence=1.0), right])
+    assert table["confidence", "right where 20 to 40 % is printed"] == (0, 1)
+    assert table["confidence", "right where 80 to 100 % is printed"] == (2, 3)
+    assert table["confidence", "right where 0 to 20 % is printed"] == (0, 0)
 
 
 SEEN = "one effect, at least 0.4% of torque RMS observable"
@@ -164,19 +164,19 @@ def test_table_counts_by_what_is_hidden_and_by_size() -> None:
     outcomes += [score(NONE, FAINT), score(wrong, FAINT), score(NONE, SMALL_DENT)]
     outcomes += [score(UNKNOWN, DENT), score(wrong, DENT), score(None, DENT, "failed")]
     outcomes += [score(named, TWO), score(NONE, HEAVY), score(NONE, LOAD), score(wrong, LOAD)]
-    found = rows(outcomes)
-    assert found[SEEN, "right, alone"] == (1, 6)
-    assert found[SEEN, "wrong"] == (1, 6)
-    assert found[SEEN, "missed"] == (2, 6)
-    assert found[SEEN, "of the right names, right axes"] == (1, 2)
-    assert found["one effect, fainter", "wrong"] == (1, 2)
-    assert found[CLEAR, "`unknown`"] == (1, 3)
-    assert found[CLEAR, "a name"] == (1, 3)
-    assert found[BOTH, "both"] == (0, 1)
-    assert found[BOTH, "one of them"] == (1, 1)
-    assert found["changed parameters, payload between runs", "right"] == (0, 1)
-    assert found["nothing hidden", "silent"] == (1, 2)
-    assert found["nothing hidden", "an effect named"] == (1, 2)
+    table = rows(outcomes)
+    assert table[SEEN, "right, alone"] == (1, 6)
+    assert table[SEEN, "wrong"] == (1, 6)
+    assert table[SEEN, "missed"] == (2, 6)
+    assert table[SEEN, "of the right names, right axes"] == (1, 2)
+    assert table["one effect, fainter", "wrong"] == (1, 2)
+    assert table[CLEAR, "`unknown`"] == (1, 3)
+    assert table[CLEAR, "a name"] == (1, 3)
+    assert table[BOTH, "both"] == (0, 1)
+    assert table[BOTH, "one of them"] == (1, 1)
+    assert table["changed parameters, payload between runs", "right"] == (0, 1)
+    assert table["nothing hidden", "silent"] == (1, 2)
+    assert table["nothing hidden", "an effect named"] == (1, 2)
     assert "1 of 6 (95 % interval 3 to 56 %)" in tables.text(outcomes)
 
 

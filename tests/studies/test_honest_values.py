@@ -29,8 +29,8 @@ def wave(*orders: float) -> Found:
 
 
 def test_plain_axes_want_orders_and_harmonics_and_no_delay() -> None:
-    found = score(said("named", wave(12.02, 24.3)), PLAIN).checks
-    assert found == {
+    checks = score(said("named", wave(12.02, 24.3)), PLAIN).checks
+    assert checks == {
         "no delay": True,
         "order [1]": True,
         "harmonic 2 [1]": True,
@@ -64,8 +64,8 @@ def test_residual_is_that_of_the_named_axes_on_test_runs() -> None:
     assert score(named | residual(3.0, 1.2, judged_on="the same runs"), DRAG).closed is None
     assert score(named | residual(1.04, 1.0), DRAG).closed is None
     assert score(NONE | residual(3.0, 3.0), DRAG).closed is None
-    found = rows([score(named | residual(3.0, 1.1), DRAG), score(named | residual(3.0, 1.5), DRAG)])
-    assert found["right names", "at least 90% of the residual of test runs removed"] == (1, 2)
+    table = rows([score(named | residual(3.0, 1.1), DRAG), score(named | residual(3.0, 1.5), DRAG)])
+    assert table["right names", "at least 90% of the residual of test runs removed"] == (1, 2)
 
 
 def test_one_trajectory_names_only_what_predicts_the_test_runs() -> None:

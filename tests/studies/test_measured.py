@@ -44,7 +44,7 @@ def write_emps(folder: Path) -> None:
         savemat(folder / f"{name}.mat", columns | {"gtau": 35.0})
 
 
-def made_emps(data: Path) -> Measured:
+def synthetic_emps(data: Path) -> Measured:
     """The set EMPS, with those logs."""
     folder = data / EMPS / "examples" / "EMPS" / "data"
     folder.mkdir(parents=True)
@@ -55,10 +55,10 @@ def made_emps(data: Path) -> Measured:
 def test_every_method_finds_the_machine_of_a_made_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    made_emps(tmp_path)
+    synthetic_emps(tmp_path)
     assert main([str(tmp_path), "--only", "emps", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)["emps"]
-    by = {method["tool"]: method for method in found["methods"]}
+    data = json.loads(capsys.readouterr().out)["emps"]
+    by = {method["tool"]: method for method in data["methods"]}
     assert set(by) >= {"flexhex identify", "least squares", "least squares, terms by BIC"}
     for name, true in TRUE.items():
         assert_close(by["least squares"][name], true, rtol=0.03, what=name)
@@ -113,9 +113,9 @@ def test_emps_is_what_is_in_print() -> None:
 
 def test_identify_holds_the_published_values_of_emps(tmp_path: Path) -> None:
     measured = there("emps")
-    found = identify(measured.logs(tmp_path)[0], options=Options(measured.base))
+    identified = identify(measured.logs(tmp_path)[0], options=Options(measured.base))
     for name in ("m", "d", "F_c", "o"):
-        low, high = found[f"{name}[1]"].estimate.ci95
+        low, high = identified[f"{name}[1]"].estimate.ci95
         assert low <= measured.published[name] <= high, name
 
 
@@ -147,17 +147,17 @@ def test_ur10e_jumps_where_joints_turn_round_as_identified(tmp_path: Path) -> No
 
 def test_payload_of_the_ur10e_is_that_of_least_squares(tmp_path: Path) -> None:
     measured = there("ur10e")
-    found: Any = ours.payload(measured, tmp_path)
-    assert found is not None
-    low, high = found["ci95"]
+    mass: Any = ours.payload(measured, tmp_path)
+    assert mass is not None
+    low, high = mass["ci95"]
     assert low <= others.payload_mass(measured) <= high
 
 
 def test_wrist_of_the_tx40_is_coupled_and_one_run_cannot_tell(tmp_path: Path) -> None:
     measured = there("tx40")
     plain, both = (
-        others.relative(measured, made(measured), measured.fit)
-        for made in (others.usual, others.coupled)
+        others.relative(measured, method(measured), measured.fit)
+        for method in (others.usual, others.coupled)
     )
     assert both[4] < 0.4 * plain[4]
     assert both[5] < 0.5 * plain[5]

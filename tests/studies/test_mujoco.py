@@ -57,11 +57,11 @@ def unexplained(case: Case, record: Record) -> Array:
 
 
 def test_truth_lies_apart_from_the_logs(tmp_path: Path) -> None:
-    made = make(SEED, tmp_path / "logs", tmp_path / "sealed", category="single", kind="axis")
-    truth = json.loads(made.sealed.read_text())
+    written = make(SEED, tmp_path / "logs", tmp_path / "sealed", category="single", kind="axis")
+    truth = json.loads(written.sealed.read_text())
     for path in (tmp_path / "logs").iterdir():
         assert truth["hidden"][0]["id"].encode() not in path.read_bytes()
-    assert {p.parent for p in (*made.paths, *made.test_paths, made.machine_file)} == {
+    assert {p.parent for p in (*written.paths, *written.test_paths, written.machine_file)} == {
         tmp_path / "logs"
     }
     with pytest.raises(ValueError, match="apart"):
@@ -76,10 +76,10 @@ def test_test_seeds_are_refused_unless_meant(tmp_path: Path) -> None:
 def test_a_seed_gives_the_same_files_twice(tmp_path: Path) -> None:
     texts = []
     for name in ("one", "two"):
-        made = make(SEED, tmp_path / name, tmp_path / f"sealed-{name}", category="nothing")
-        files = [*made.paths, *made.test_paths]
+        written = make(SEED, tmp_path / name, tmp_path / f"sealed-{name}", category="nothing")
+        files = [*written.paths, *written.test_paths]
         columns = [_numbers(path) for path in files]
-        texts.append((made.sealed.read_text(), made.machine_file.read_text(), columns))
+        texts.append((written.sealed.read_text(), written.machine_file.read_text(), columns))
     assert texts[0] == texts[1]
     other = make(SEED + 1, tmp_path / "three", tmp_path / "sealed-three", category="nothing")
     assert other.machine_file.read_text() != texts[0][1]
@@ -119,14 +119,14 @@ def test_without_an_effect_nothing_is_unexplained(kind: str) -> None:
     ],
 )
 def test_an_effect_is_in_the_logs_at_the_size_that_the_truth_says(kind: str, id: str) -> None:
-    found = hidden(id, kind)
-    record, axes = found.records[0][0], list(found.effects[0].axes)
-    seen = unexplained(found.case, record)
-    torque = gap(found.case, found.effects, 0, record)
+    simulated = hidden(id, kind)
+    record, axes = simulated.records[0][0], list(simulated.effects[0].axes)
+    seen = unexplained(simulated.case, record)
+    torque = gap(simulated.case, simulated.effects, 0, record)
     size = np.sqrt(np.mean(torque**2, axis=0) / np.mean(record.u**2, axis=0))
     assert seen[axes] == pytest.approx(size[axes], rel=1e-3)
     assert size[axes].min() > 0.01
-    others = [k for k in range(found.case.machine.n) if k not in axes]
+    others = [k for k in range(simulated.case.machine.n) if k not in axes]
     assert seen[others].max(initial=0.0) < 1e-6
 
 
@@ -151,18 +151,18 @@ def test_what_the_base_model_can_take_up_is_not_observable() -> None:
 
 
 def test_a_gain_of_the_truth_is_that_of_the_machine() -> None:
-    found = hidden("coulomb_friction", "axis")
-    record = found.records[0][0]
-    friction = truth_of(found)["hidden"][0]["parameters"]["F_c"]["value"][0]
+    simulated = hidden("coulomb_friction", "axis")
+    record = simulated.records[0][0]
+    friction = truth_of(simulated)["hidden"][0]["parameters"]["F_c"]["value"][0]
     fast = np.abs(record.v[:, 0]) > 0.3 * np.abs(record.v[:, 0]).max()
-    jump = gap(found.case, found.effects, 0, record)[fast, 0] * np.sign(record.v[fast, 0])
+    jump = gap(simulated.case, simulated.effects, 0, record)[fast, 0] * np.sign(record.v[fast, 0])
     assert jump == pytest.approx(friction, rel=1e-3)
 
 
 def test_the_lag_of_the_truth_is_that_of_the_actuator() -> None:
-    found = hidden("drive_lag", "gantry")
-    record, step = found.records[0][0], 1 / found.case.rate
-    true_lag = truth_of(found)["hidden"][0]["parameters"]["T_lag"]["value"][0]
+    simulated = hidden("drive_lag", "gantry")
+    record, step = simulated.records[0][0], 1 / simulated.case.rate
+    true_lag = truth_of(simulated)["hidden"][0]["parameters"]["T_lag"]["value"][0]
     command, force = record.ctrl[:, 0], record.force[:, 0]
     rate = np.gradient(command, step)
     smooth = slice(len(rate) // 10, -len(rate) // 10)

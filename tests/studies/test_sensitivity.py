@@ -33,13 +33,13 @@ def test_every_criterion_is_varied_and_put_back() -> None:
 
 
 def test_engine_is_asked_with_each_value(monkeypatch: pytest.MonkeyPatch) -> None:
-    def asked(*files: object) -> dict[str, Any]:
+    def answer(*files: object) -> dict[str, Any]:
         verdict = f"{USUAL.odds:g} {guard.POOR:g}"
         return {"verdict": verdict, "effects": [], "changed": [], "findings": [], "residual": {}}
 
-    monkeypatch.setattr(engines, "today", asked)
-    found = sensitivity.varied((), (), Path())
-    said = {name: answer["verdict"] for name, answer in found.items()}
+    monkeypatch.setattr(engines, "today", answer)
+    answers = sensitivity.varied((), (), Path())
+    said = {name: answer["verdict"] for name, answer in answers.items()}
     assert (said["odds x 0.5"], said["odds x 2"]) == ("10 0.5", "40 0.5")
     assert {said[name] for name in said if "odds" not in name} == {"20 0.5"}
     further = sensitivity.varied_elsewhere((), (), Path())
@@ -51,8 +51,8 @@ def test_what_is_remembered_does_not_change_the_answer(
 ) -> None:
     """An effect is found in two searches; with a higher bar it is not, from the same memory."""
     monkeypatch.setattr("studies.mujoco.draw.MOST_STEPS", 4000)
-    made = FAMILIES["mujoco"](256, tmp_path / "logs", tmp_path / "truth", None)
-    files = made.paths, made.test_paths, made.machine_file
+    case = FAMILIES["mujoco"](256, tmp_path / "logs", tmp_path / "truth", None)
+    files = case.paths, case.test_paths, case.machine_file
     variation = Variation("", "smallest_effect", 1000.0)
 
     def strictly() -> dict[str, Any]:
@@ -61,11 +61,11 @@ def test_what_is_remembered_does_not_change_the_answer(
 
     plain = engines.today(*files)
     with remembered():
-        found = [(engines.today(*files), strictly()) for _ in range(2)]
+        answers = [(engines.today(*files), strictly()) for _ in range(2)]
     strict = strictly()
     assert plain["effects"]
     assert not strict["effects"]
-    assert found == [(plain, strict)] * 2
+    assert answers == [(plain, strict)] * 2
 
 
 def test_scores_beside_other_errors_of_form_are_others() -> None:
@@ -73,8 +73,8 @@ def test_scores_beside_other_errors_of_form_are_others() -> None:
 
     def key(error: float) -> object:
         term = SimpleNamespace(white={0: None}, prior=np.array([error**-2.0]))
-        moments, made = SimpleNamespace(terms=(term,)), SimpleNamespace(model=None)
-        return key_of_scores(moments, SimpleNamespace(bench=made), (), USUAL, (0,))
+        moments, model = SimpleNamespace(terms=(term,)), SimpleNamespace(model=None)
+        return key_of_scores(moments, SimpleNamespace(bench=model), (), USUAL, (0,))
 
     assert key(0.05) == key(0.05)
     assert key(0.05) != key(0.1)
@@ -84,12 +84,12 @@ def test_summary_says_how_many_cases_moved() -> None:
     usual = {"outcome": "right"}
     outcomes = {"as it is": usual, "odds x 0.5": {"outcome": "wrong"}, "odds x 2": usual}
     case = {"family": "axes", "seed": 3, "outcomes": outcomes}
-    found = summary([case, {"family": "axes", "seed": 4, "outcomes": {}}])
-    assert found["variations"]["odds x 0.5"] == {
+    result = summary([case, {"family": "axes", "seed": 4, "outcomes": {}}])
+    assert result["variations"]["odds x 0.5"] == {
         "n": 1,
         "good": 0,
         "wrong": 1,
         "moved": ["axes 3: right -> wrong"],
     }
-    assert found["variations"]["odds x 2"]["moved"] == []
-    assert "| `odds` | 20 | 0 / 1 / 1 | 1 / 0 / 0 |" in table(found)
+    assert result["variations"]["odds x 2"]["moved"] == []
+    assert "| `odds` | 20 | 0 / 1 / 1 | 1 / 0 / 0 |" in table(result)

@@ -18,9 +18,9 @@ from tests.conftest import MACHINE_FILE
 def test_two_of_the_machines_hide_what_is_outside_the_library() -> None:
     for seed in (1, 41, 99):
         kinds = [{h.kind for h in drawn(seed, k, 20)} for k in range(1, 21)]
-        outside = [found for found in kinds if found & set(OUTSIDE)]
+        outside = [machine for machine in kinds if machine & set(OUTSIDE)]
         assert sorted(map(tuple, outside)) == [("bump",), ("inertia",)]
-        assert all(found <= set(INSIDE) for found in kinds if found not in outside)
+        assert all(machine <= set(INSIDE) for machine in kinds if machine not in outside)
         assert kinds != [{h.kind for h in drawn(seed + 1, k, 20)} for k in range(1, 21)]
 
 
@@ -43,8 +43,8 @@ Said = list[tuple[str, list[int], list[str]]]
 def line(hidden: list[tuple[str, list[int]]], said: Said, verdict: str = "named") -> dict[str, Any]:
     entries = [{"kind": kind, "axes": axes, "size": 0.01} for kind, axes in hidden]
     effects = [{"id": id, "axes": axes, "rivals": rivals} for id, axes, rivals in said]
-    found = {"verdict": verdict, "effects": effects, "changed": []}
-    return {"number": 3, "hidden": entries, "diagnosis": found}
+    diagnosis = {"verdict": verdict, "effects": effects, "changed": []}
+    return {"number": 3, "hidden": entries, "diagnosis": diagnosis}
 
 
 LUGRE, DRAG, CUBIC = ("lugre", [1]), ("drag", [1]), ("cubic", [1, 2])

@@ -62,10 +62,10 @@ def test_stored_answers_are_judged_by_the_scorer_of_today(toy: Path) -> None:
 def test_a_study_prints_json_for_the_results(toy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     common = ["--store", str(toy), "--category", "nothing", "--engine", "toy_engine:right"]
     assert study.main(["--mujoco", "8:9", *common, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    (case,) = found["cases"]
+    data = json.loads(capsys.readouterr().out)
+    (case,) = data["cases"]
     assert (case["seed"], case["outcome"], case["named_axes"]) == (8, "silent", [])
-    (silent,) = (c for c in found["families"]["mujoco"] if c["ending"] == "silent")
+    (silent,) = (c for c in data["families"]["mujoco"] if c["ending"] == "silent")
     assert (silent["hits"], silent["n"]) == (1, 1)
 
 
@@ -92,7 +92,7 @@ def test_a_store_of_another_study_and_test_seeds_are_refused(
     assert "no case of this study" in capsys.readouterr().err
 
 
-def test_a_case_that_cannot_be_made_is_told_and_the_study_goes_on(
+def test_a_case_that_cannot_be_made_is_reported_and_the_study_goes_on(
     toy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     common = ["--category", "nothing", "--engine", "toy_engine:right", "--store", str(toy)]

@@ -49,12 +49,12 @@ def moved(t: Array, seed: int, size: Sequence[float]) -> tuple[Array, Array, Arr
 
 def inverse(model: mujoco.MjModel, q: Array, v: Array, a: Array) -> Array:
     """MuJoCo's torques (samples, n)."""
-    data, found = mujoco.MjData(model), np.empty_like(q)
+    data, torques = mujoco.MjData(model), np.empty_like(q)
     for k in range(len(q)):
         data.qpos[:], data.qvel[:], data.qacc[:] = q[k], v[k], a[k]
         mujoco.mj_inverse(model, data)
-        found[k] = data.qfrc_inverse
-    return found
+        torques[k] = data.qfrc_inverse
+    return torques
 
 
 def rubbed(v: Array, dry: Sequence[float], viscous: Sequence[float]) -> Array:

@@ -38,9 +38,9 @@ def test_parameters_are_right_at_any_rate(
 ) -> None:
     t = np.arange(round(seconds * rate)) / rate
     paths = [written(tmp_path / f"{seed}.csv", t, seed, fastest) for seed in (1, 2)]
-    found = identify(paths, options=Options("axis"))
+    identified = identify(paths, options=Options("axis"))
     for name, true in TRUE.items():
-        estimate = found[name].estimate
+        estimate = identified[name].estimate
         # a reversal of friction lies between two samples of 60 Hz: hence not the interval alone
         assert estimate.value == pytest.approx(true, rel=within), name
         low, high = estimate.ci95

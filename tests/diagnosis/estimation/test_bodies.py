@@ -74,16 +74,16 @@ def test_nearest_values_are_nearest_of_all_that_can_be(seed: int) -> None:
     rng = np.random.default_rng(seed)
     file, H = drawn(rng), tight(rng, 12)
     wanted = np.append(file + 0.3 * rng.standard_normal(10), (-0.2, 0.4))
-    found = possible(wanted, H, [(BODY, file)], [10])
-    assert consistent(found.values[:10])
-    assert found.values[10] > 0
+    result = possible(wanted, H, [(BODY, file)], [10])
+    assert consistent(result.values[:10])
+    assert result.values[10] > 0
     # of a convex problem: no way to any other body goes downhill
-    slope = H @ (found.values - wanted)
+    slope = H @ (result.values - wanted)
     for _ in range(300):
         other = np.append(drawn(rng, rng.uniform(0.01, 1.0)), rng.uniform(0, 1, 2))
         other[:10] *= np.exp(rng.uniform(-4, 2))
-        assert slope @ (other - found.values) > -GAP
-    assert_close(found.excess, slope @ (found.values - wanted), rtol=1e-9)
+        assert slope @ (other - result.values) > -GAP
+    assert_close(result.excess, slope @ (result.values - wanted), rtol=1e-9)
 
 
 def test_fixed_values_stay_where_they_are() -> None:
@@ -92,25 +92,25 @@ def test_fixed_values_stay_where_they_are() -> None:
     H = tight(rng, 10)
     H[1], H[:, 1] = 0.0, 0.0
     wanted = file + np.array([0, 0, 2.0, 0, 0, 0, 0, 0, 0, 0])
-    found = possible(wanted, H, [(BODY, file)], [])
-    assert consistent(found.values)
-    assert found.values[1] == file[1]
+    result = possible(wanted, H, [(BODY, file)], [])
+    assert consistent(result.values)
+    assert result.values[1] == file[1]
 
 
 def test_values_that_can_be_stay_as_they_are() -> None:
     rng = np.random.default_rng(3)
     ten = drawn(rng)
-    found = possible(ten, tight(rng, 10), [(BODY, drawn(rng))], [])
-    assert found.excess == 0
-    assert_close(found.values, ten, atol=0.0)
+    result = possible(ten, tight(rng, 10), [(BODY, drawn(rng))], [])
+    assert result.excess == 0
+    assert_close(result.values, ten, atol=0.0)
 
 
 def test_a_file_that_describes_no_body_is_no_start() -> None:
     rng = np.random.default_rng(5)
     file = drawn(rng)
     file[9] = 10.0
-    found = possible(file, tight(rng, 10), [(BODY, file)], [])
-    assert consistent(found.values)
+    result = possible(file, tight(rng, 10), [(BODY, file)], [])
+    assert consistent(result.values)
 
 
 def test_bodies_are_those_with_all_ten_parameters() -> None:

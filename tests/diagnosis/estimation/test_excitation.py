@@ -40,8 +40,8 @@ def before(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Identified, 
     folder = tmp_path_factory.mktemp("timid")
     (folder / "cart.xml").write_text(machines.CART)
     log = logged(folder, "timid", timid())
-    found = identify([log], options=Options(str(folder / "cart.xml")))
-    return folder, found, excitation(found)
+    identified = identify([log], options=Options(str(folder / "cart.xml")))
+    return folder, identified, excitation(identified)
 
 
 def wide(one: Parameter) -> float:

@@ -88,7 +88,7 @@ def written(folder: Path, data: Any) -> Path:
 
 def test_gains_are_fitted_with_all_parameters_and_stand_in_the_fmu(tmp_path: Path) -> None:
     paths, file = logs(tmp_path), written(tmp_path, FOUND)
-    found = identify(paths[:1], paths[1:], options=Options("axis"), more=read_diagnosis(file))
+    identified = identify(paths[:1], paths[1:], options=Options("axis"), more=read_diagnosis(file))
     for name, true in {
         "J[1]": J,
         "d[1]": D,
@@ -98,20 +98,22 @@ def test_gains_are_fitted_with_all_parameters_and_stand_in_the_fmu(tmp_path: Pat
         "cogging_harmonic.b[1]": B,
     }.items():
         # 2 % of each, and what noise of 2 mN m and a reversal between two samples make
-        assert found[name].estimate.value == pytest.approx(true, abs=0.02 * abs(true) + 2e-4), name
-        assert found[name].determined, name
-    assert "F_c[1]" not in [one.name for one in found.parameters]
+        assert identified[name].estimate.value == pytest.approx(
+            true, abs=0.02 * abs(true) + 2e-4
+        ), name
+        assert identified[name].determined, name
+    assert "F_c[1]" not in [one.name for one in identified.parameters]
     assert any(
-        "stribeck_friction is indistinguishable from load_friction" in n for n in found.notes
+        "stribeck_friction is indistinguishable from load_friction" in n for n in identified.notes
     )
     alone = identify(paths[:1], paths[1:], options=Options("axis"))
     assert alone.held_out is not None
-    assert found.held_out is not None
+    assert identified.held_out is not None
     assert alone.held_out.fitted[0] > 0.06
-    assert found.held_out.fitted[0] < 0.01
+    assert identified.held_out.fitted[0] < 0.01
 
     q, v, a = moved(np.arange(0.0, 4.0, TS), 3)
-    fmu = write_fmu(tmp_path / "inverse.fmu", found)
+    fmu = write_fmu(tmp_path / "inverse.fmu", identified)
     got = played(fmu, q[:, None], v[:, None], a[:, None])
     wanted = torque(q, v, a)[1:-1]
     # not at a reversal, which lies between two samples, nor at the first one, before any way

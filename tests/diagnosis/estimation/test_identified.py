@@ -52,27 +52,27 @@ def links(tmp_path_factory: pytest.TempPathFactory) -> Identified:
     return identify(paths[:2], paths[2:], options=Options(OWN))
 
 
-def held(found: Identified, name: str, value: float) -> bool:
-    low, high = found[name].estimate.ci95
+def covered(identified: Identified, name: str, value: float) -> bool:
+    low, high = identified[name].estimate.ci95
     return low <= value <= high
 
 
 def test_intervals_of_an_own_base_hold_the_machine(links: Identified) -> None:
     names = [*TRUE, "F_c[1]", "F_c[2]"]
     true = {**TRUE, "F_c[1]": FRICTION[0], "F_c[2]": FRICTION[1]}
-    assert [name for name in names if not held(links, name, true[name])] == []
+    assert [name for name in names if not covered(links, name, true[name])] == []
     # and say something, where the runs do
-    told = [name for name in names if links[name].determined]
-    assert told == ["link_2.mc", "link_2.J", "F_c[1]", "F_c[2]"]
-    for name in told:
+    determined = [name for name in names if links[name].determined]
+    assert determined == ["link_2.mc", "link_2.J", "F_c[1]", "F_c[2]"]
+    for name in determined:
         low, high = links[name].estimate.ci95
         assert high - low < 0.01 * true[name], name
 
 
 def test_sums_of_two_links_are_those_of_the_textbook(links: Identified) -> None:
     # the second mass hangs on the end of the first link, 0.4 m away
-    found = {one.name for one in links.combinations}
-    assert found == {
+    sums = {one.name for one in links.combinations}
+    assert sums == {
         "link_1.mc + 0.4 link_2.m",
         "link_1.J + 0.16 link_2.m",
         "link_2.mc",
@@ -94,19 +94,23 @@ def test_errors_on_held_out_runs_are_those_of_the_noise(links: Identified) -> No
 def test_parameters_that_are_exact_stay_exact(tmp_path: Path) -> None:
     text = Path(example.__file__).read_text()
     (tmp_path / "base.py").write_text(text.replace('"kg", 2.0, 0.1)', '"kg", 2.0, 0)'))
-    found = identify(arm(tmp_path, (1, 2)), options=Options(f"{tmp_path / 'base.py'}:TwoLinks"))
-    assert found["link_2.m"].estimate.ci95 == (2.0, 2.0)
-    assert (found.errors.fitted < 0.006).all()
-    assert held(found, "link_1.mc", TRUE["link_1.mc"])
-    assert found["link_1.mc"].determined
+    identified = identify(
+        arm(tmp_path, (1, 2)), options=Options(f"{tmp_path / 'base.py'}:TwoLinks")
+    )
+    assert identified["link_2.m"].estimate.ci95 == (2.0, 2.0)
+    assert (identified.errors.fitted < 0.006).all()
+    assert covered(identified, "link_1.mc", TRUE["link_1.mc"])
+    assert identified["link_1.mc"].determined
 
 
 def test_bodies_of_a_file_with_exact_values_come_to_an_end() -> None:
     folder = ROOT / "examples" / "schunk"
-    found = identify([folder / "run_001.csv", folder / "run_040.csv"], options=Options("schunk"))
-    assert np.isfinite(found.errors.fitted).all()
+    identified = identify(
+        [folder / "run_001.csv", folder / "run_040.csv"], options=Options("schunk")
+    )
+    assert np.isfinite(identified.errors.fitted).all()
     for k in range(1, 7):
-        ten = np.array([found[f"link[{k}].{name}"].estimate.value for name in TEN])
+        ten = np.array([identified[f"link[{k}].{name}"].estimate.value for name in TEN])
         assert consistent(ten), k
 
 
@@ -119,14 +123,14 @@ def test_terms_are_written_as_they_are_read() -> None:
 
 def test_linear_axis_of_unknown_mass(tmp_path: Path) -> None:
     paths = sliding.write(tmp_path / "axis", ("m", "N"), friction=(0.2,))
-    found = identify(paths[:4], paths[4:], options=Options("axis"))
+    identified = identify(paths[:4], paths[4:], options=Options("axis"))
     true = {"m[1]": sliding.MASS, "k[1]": sliding.SPRING, "o[1]": sliding.OFFSET}
-    assert [name for name, value in true.items() if not held(found, name, value)] == []
-    assert found["m[1]"].estimate.unit == "kg"
+    assert [name for name, value in true.items() if not covered(identified, name, value)] == []
+    assert identified["m[1]"].estimate.unit == "kg"
     # LuGre: its friction when fast is 0.2 N, when slow 20 % more, which Coulomb and viscous share
-    assert_close(found["F_c[1]"].estimate.value, 0.2, rtol=0.01)
-    assert_close(found["d[1]"].estimate.value, sliding.DAMPING, rtol=0.01)
-    assert [one.name for one in found.parameters].count("d[1]") == 1
+    assert_close(identified["F_c[1]"].estimate.value, 0.2, rtol=0.01)
+    assert_close(identified["d[1]"].estimate.value, sliding.DAMPING, rtol=0.01)
+    assert [one.name for one in identified.parameters].count("d[1]") == 1
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +162,7 @@ def true_ten(model: mujoco.MjModel, body: int, at: Array) -> Array:
 def test_intervals_of_a_robots_file_hold_the_machine(
     cart: tuple[Identified, mujoco.MjModel],
 ) -> None:
-    found, model = cart
+    identified, model = cart
     tens = [true_ten(model, k, model.jnt_pos[k - 1]) for k in (1, 2, 3)]
     # the grip is fixed to the wrist, 0.2 m below it
     tens[2] += true_ten(model, 4, np.array([0.0, 0.0, 0.2]))
@@ -172,11 +176,12 @@ def test_intervals_of_a_robots_file_hold_the_machine(
         true |= {f"{name}[{k + 1}]": value for k, value in enumerate(values)}
     del true["o[1]"]
     true |= {"payload 0.8 kg.m": 0.8, "payload 0.8 kg.mc_z": -0.16, "payload 0.8 kg.mc_x": 0.0}
-    missed = [name for name, value in true.items() if not held(found, name, value)]
+    missed = [name for name, value in true.items() if not covered(identified, name, value)]
     # one in twenty of 95 % intervals
     assert len(missed) <= 0.1 * len(true), missed
     sums = [
-        (one, sum(factor * true[name] for name, factor in one.terms)) for one in found.combinations
+        (one, sum(factor * true[name] for name, factor in one.terms))
+        for one in identified.combinations
     ]
     # half widths of intervals: of 13, more than 3 lie beyond one in 1 of 250 cases
     off = [
@@ -187,23 +192,23 @@ def test_intervals_of_a_robots_file_hold_the_machine(
     assert max(off) < 2
     carried = next(one for one, _ in sums if one.name == "cart.m + arm.m + wrist.m")
     assert carried.determined
-    assert found["payload 0.8 kg.m"].determined
+    assert identified["payload 0.8 kg.m"].determined
     # a point mass: the best fit lies beside all bodies
-    payload = np.array([found[f"payload 0.8 kg.{name}"].estimate.value for name in TEN])
+    payload = np.array([identified[f"payload 0.8 kg.{name}"].estimate.value for name in TEN])
     assert consistent(payload)
-    assert any(note.startswith("payload 0.8 kg: the best fit") for note in found.notes)
+    assert any(note.startswith("payload 0.8 kg: the best fit") for note in identified.notes)
     # gravity along the straight rail is a constant, too
-    assert "o[1]" not in {one.name for one in found.parameters}
-    assert any("offset of axis 1" in note for note in found.notes)
+    assert "o[1]" not in {one.name for one in identified.parameters}
+    assert any("offset of axis 1" in note for note in identified.notes)
 
 
 def test_errors_of_a_robots_file_are_those_of_the_noise(
     cart: tuple[Identified, mujoco.MjModel],
 ) -> None:
-    found, _ = cart
-    assert found.held_out is not None
+    identified, _ = cart
+    assert identified.held_out is not None
     # half a percent of noise, smoothed over 16 samples, and what it makes of the parameters
-    assert (found.held_out.fitted < 0.01).all()
+    assert (identified.held_out.fitted < 0.01).all()
 
 
 def test_a_body_that_cannot_be_is_never_said(tmp_path: Path) -> None:
@@ -220,15 +225,17 @@ def test_a_body_that_cannot_be_is_never_said(tmp_path: Path) -> None:
         text = "\n".join(",".join(f"{v:.9g}" for v in row) for row in values)
         path.write_text(f"# trajectory: {path.stem}\n{head}\n{units}\n{text}\n")
     wide = {"mass": 1.0, "inertia": 1.0, "centre": 0.5}
-    found = identify(paths, options=Options(str(tmp_path / "cart.xml"), tolerance=wide))
+    identified = identify(paths, options=Options(str(tmp_path / "cart.xml"), tolerance=wide))
     for body in ("cart", "arm", "wrist"):
-        assert consistent(np.array([found[f"{body}.{n}"].estimate.value for n in TEN]))
-    axes = [one for one in found.parameters if one.name.startswith(("F_c", "d[", "J_r", "m_r"))]
+        assert consistent(np.array([identified[f"{body}.{n}"].estimate.value for n in TEN]))
+    axes = [
+        one for one in identified.parameters if one.name.startswith(("F_c", "d[", "J_r", "m_r"))
+    ]
     assert len(axes) == 9
     for one in axes:
         assert one.estimate.value >= 0, one.name
         assert one.estimate.ci95[0] >= 0, one.name
-    assert any("values that no machine has" in note for note in found.notes)
+    assert any("values that no machine has" in note for note in identified.notes)
 
 
 def test_torques_of_another_sign_are_refused(tmp_path: Path) -> None:

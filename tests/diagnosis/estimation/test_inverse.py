@@ -56,9 +56,9 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Identified]:
     file = folder / "cart.xml"
     file.write_text(machines.CART)
     paths = machines.cart_runs(folder, machines.heavier(machines.CART), (1, 2))
-    found = identify(paths, options=Options(str(file)))
-    write_fmu(folder / "inverse.fmu", found)
-    return folder / "inverse.fmu", found
+    identified = identify(paths, options=Options(str(file)))
+    write_fmu(folder / "inverse.fmu", identified)
+    return folder / "inverse.fmu", identified
 
 
 def held_out() -> tuple[Array, Array, Array]:
@@ -67,9 +67,9 @@ def held_out() -> tuple[Array, Array, Array]:
 
 
 def test_fmu_gives_the_torque_of_pinocchio_and_of_friction(cart: tuple[Path, Identified]) -> None:
-    file, found = cart
+    file, identified = cart
     q, v, a = held_out()
-    values = {one.name: one.estimate.value for one in found.parameters}
+    values = {one.name: one.estimate.value for one in identified.parameters}
     model = pin.buildModelFromMJCF(str(file.with_name("cart.xml")))
     for place, body in enumerate(("cart", "arm", "wrist"), start=1):
         ten = [values[f"{body}.{name}"] for name in TEN]
@@ -77,7 +77,7 @@ def test_fmu_gives_the_torque_of_pinocchio_and_of_friction(cart: tuple[Path, Ide
     model.armature = np.array([values["m_r[1]"], values["J_r[2]"], values["J_r[3]"]])
     data = model.createData()
     wanted = np.array([pin.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
-    for i, form in enumerate(found.estimated.forms):
+    for i, form in enumerate(identified.estimated.forms):
         assert form.kind == "rate"
         s = np.tanh((v[:, i] + form.lead * a[:, i]) / form.size)
         wanted[:, i] += values[f"F_c[{i + 1}]"] * s + values[f"d[{i + 1}]"] * v[:, i]
@@ -98,15 +98,15 @@ def test_fmu_predicts_the_machine_itself(cart: tuple[Path, Identified]) -> None:
 
 
 def test_each_identified_value_can_be_tuned(cart: tuple[Path, Identified]) -> None:
-    file, found = cart
+    file, identified = cart
     listed = {v.name: v for v in fmpy.read_model_description(str(file)).modelVariables}
-    value = found["wrist.mc_x"].estimate.value
+    value = identified["wrist.mc_x"].estimate.value
     tuned = listed["p.wrist.mc_x"]
     assert (tuned.variability, float(tuned.start)) == ("tunable", value)
     assert [listed[name].unit for name in ("p.F_c[1]", "tau_ff[2]", "rd[1]")] == ["N", "N m", "m/s"]
     q, v, a = (part[:20] for part in held_out())
     plain = played(file, q, v, a)
-    heavier = played(file, q, v, a, {"p.o[3]": found["o[3]"].estimate.value + 2.0})
+    heavier = played(file, q, v, a, {"p.o[3]": identified["o[3]"].estimate.value + 2.0})
     assert_close(heavier - plain, np.tile([0.0, 0.0, 2.0], (len(plain), 1)), atol=1e-12, what="o")
 
 
@@ -127,9 +127,9 @@ def test_dry_friction_that_turns_over_with_the_way_keeps_its_state(tmp_path: Pat
         paths.append(
             machines.write(tmp_path / f"{seed}.csv", t, q, forces[seed], (True,), head, seed)
         )
-    found = identify(paths[:2], options=Options("axis"))
-    assert found.estimated.forms[0].kind == "way"
-    got = played(write_fmu(tmp_path / "rail.fmu", found), *machines.moved(t, 3, (0.2,)))
+    identified = identify(paths[:2], options=Options("axis"))
+    assert identified.estimated.forms[0].kind == "way"
+    got = played(write_fmu(tmp_path / "rail.fmu", identified), *machines.moved(t, 3, (0.2,)))
     left = (got - forces[3][1:-1])[500:]
     assert left.std() < 0.01 * forces[3].std()
 
@@ -137,16 +137,18 @@ def test_dry_friction_that_turns_over_with_the_way_keeps_its_state(tmp_path: Pat
 def test_an_own_base_is_compiled_through_its_columns(tmp_path: Path) -> None:
     from tests.diagnosis.estimation.test_identified import OWN, arm
 
-    found = identify(arm(tmp_path, (1, 2)), options=Options(OWN))
-    file = write_fmu(tmp_path / "links.fmu", found)
+    identified = identify(arm(tmp_path, (1, 2)), options=Options(OWN))
+    file = write_fmu(tmp_path / "links.fmu", identified)
     q, v, a = (0.5 * part for part in machines.moved(np.arange(200) * TS, 4, (1.0, 1.0)))
-    p = np.array([found[name].estimate.value for name, *_ in example.TwoLinks.parameters])
+    p = np.array([identified[name].estimate.value for name, *_ in example.TwoLinks.parameters])
     wanted = example.TwoLinks().columns(q, v, a) @ p
-    for i, form in enumerate(found.estimated.forms):
+    for i, form in enumerate(identified.estimated.forms):
         n = i + 1
         s = np.tanh((v[:, i] + form.lead * a[:, i]) / form.size)
-        wanted[:, i] += found[f"F_c[{n}]"].estimate.value * s
-        wanted[:, i] += found[f"d[{n}]"].estimate.value * v[:, i] + found[f"o[{n}]"].estimate.value
+        wanted[:, i] += identified[f"F_c[{n}]"].estimate.value * s
+        wanted[:, i] += (
+            identified[f"d[{n}]"].estimate.value * v[:, i] + identified[f"o[{n}]"].estimate.value
+        )
     got = played(file, q, v, a)
     assert_close(got, wanted[1:-1], atol=1e-9 * np.abs(wanted).max(), what="tau_ff")
 
@@ -211,6 +213,6 @@ def test_fmu_of_fitted_geometry_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "cart.xml"
     file.write_text(machines.CART)
     paths = machines.cart_runs(tmp_path, machines.heavier(machines.CART), (1, 2))
-    found = identify(paths, options=Options(str(file), tolerance={"geometry": 0.002}))
+    identified = identify(paths, options=Options(str(file), tolerance={"geometry": 0.002}))
     with pytest.raises(UsageError, match="--tolerance geometry"):
-        write_fmu(tmp_path / "inverse.fmu", found)
+        write_fmu(tmp_path / "inverse.fmu", identified)

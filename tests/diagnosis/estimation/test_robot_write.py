@@ -50,12 +50,12 @@ def felt(file: Path, moved: tuple[Array, Array, Array]) -> Array:
     """MuJoCo's torques (samples, n) for a file, without friction, which it solves for."""
     model = mujoco.MjModel.from_xml_path(str(file))
     model.dof_frictionloss[:] = 0
-    data, found = mujoco.MjData(model), []
+    data, computed = mujoco.MjData(model), []
     for q, v, a in zip(*moved, strict=True):
         data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
         mujoco.mj_inverse(model, data)
-        found.append(data.qfrc_inverse.copy())
-    return np.array(found)
+        computed.append(data.qfrc_inverse.copy())
+    return np.array(computed)
 
 
 def torques(base: RobotBase, values: dict[str, float], moved: tuple[Array, Array, Array]) -> Array:
@@ -66,28 +66,28 @@ def torques(base: RobotBase, values: dict[str, float], moved: tuple[Array, Array
 
 @pytest.mark.parametrize("share", [0.3, -0.6], ids=["heavier", "lighter than its fixed parts"])
 def test_mujoco_reads_what_was_written_as_mjcf(share: float, tmp_path: Path) -> None:
-    file, made = tmp_path / "cart.xml", tmp_path / "made.xml"
+    file, written = tmp_path / "cart.xml", tmp_path / "made.xml"
     file.write_text(CART)
     base = base_for(file, (LINEAR, ROTARY, ROTARY))
     values, moved = changed(base, share), states(3)
-    left = write_robot(made, base, file, {**values, "o[2]": 0.3})
+    left = write_robot(written, base, file, {**values, "o[2]": 0.3})
     assert left == ["o[2]"]
     wanted = torques(base, values, moved)
-    assert_close(felt(made, moved), wanted, atol=1e-9 * np.abs(wanted).max())
-    model = mujoco.MjModel.from_xml_path(str(made))
+    assert_close(felt(written, moved), wanted, atol=1e-9 * np.abs(wanted).max())
+    model = mujoco.MjModel.from_xml_path(str(written))
     assert_close(model.dof_frictionloss, np.array([0.3, 0.6, 0.9]), rtol=1e-15)
     assert (model.body_mass[1:] > 0).all()
 
 
 def test_mujoco_reads_what_was_written_as_urdf(tmp_path: Path) -> None:
-    made = tmp_path / "arm.urdf"
+    written = tmp_path / "arm.urdf"
     base = base_for(ARM, (ROTARY,) * 6)
     values, moved = changed(base, 0.2), states(6)
-    left = write_robot(made, base, ARM, values)
+    left = write_robot(written, base, ARM, values)
     assert left == [f"J_r[{i}]" for i in range(1, 7)]  # URDF has no place for rotors
     wanted = torques(base, {**values, **dict.fromkeys(left, 0.0)}, moved)
-    assert_close(felt(made, moved), wanted, atol=1e-9 * np.abs(wanted).max())
-    text = made.read_text()
+    assert_close(felt(written, moved), wanted, atol=1e-9 * np.abs(wanted).max())
+    text = written.read_text()
     assert 'friction="0.3"' in text
     assert 'damping="0.12"' in text
     # what was not fitted stays: limits, and the mass of the tool on the flange
@@ -96,14 +96,14 @@ def test_mujoco_reads_what_was_written_as_urdf(tmp_path: Path) -> None:
 
 
 def test_what_stands_on_locked_joints_stays_what_it_is(tmp_path: Path) -> None:
-    made = tmp_path / "arm.urdf"
+    written = tmp_path / "arm.urdf"
     base = base_for(ARM, (ROTARY,) * 2, ("j2", "j3"))
-    write_robot(made, base, ARM, changed(base, 0.2))
-    assert '<mass value="1.2"/>' in made.read_text()  # of link_5, behind locked j4 and j5
-    again = base_for(made, (ROTARY,) * 2, ("j2", "j3"))
+    write_robot(written, base, ARM, changed(base, 0.2))
+    assert '<mass value="1.2"/>' in written.read_text()  # of link_5, behind locked j4 and j5
+    again = base_for(written, (ROTARY,) * 2, ("j2", "j3"))
     wanted = [known.nominal * 1.2 for known in base.linear if known.name == "link_3.m"]
-    found = [known.nominal for known in again.linear if known.name == "link_3.m"]
-    assert_close(np.array(found), np.array(wanted), rtol=1e-12)
+    listed = [known.nominal for known in again.linear if known.name == "link_3.m"]
+    assert_close(np.array(listed), np.array(wanted), rtol=1e-12)
 
 
 REFUSED = {
@@ -114,24 +114,24 @@ REFUSED = {
 
 @pytest.mark.parametrize("old", REFUSED)
 def test_files_whose_masses_come_from_elsewhere_are_refused(old: str, tmp_path: Path) -> None:
-    file, made = tmp_path / "cart.xml", tmp_path / "made.xml"
+    file, written = tmp_path / "cart.xml", tmp_path / "made.xml"
     file.write_text(CART)
     base = base_for(file, (LINEAR, ROTARY, ROTARY))
     new, message = REFUSED[old]
     file.write_text(CART.replace(old, new))
     with pytest.raises(MachineError, match=message):
-        write_robot(made, base, file, changed(base, 0.1))
-    assert not made.exists()
+        write_robot(written, base, file, changed(base, 0.1))
+    assert not written.exists()
 
 
 def test_a_file_that_reads_back_otherwise_is_not_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = tmp_path / "arm.urdf"
+    written = tmp_path / "arm.urdf"
     base = base_for(ARM, (ROTARY,) * 6)
     monkeypatch.setattr(
         "flexhex.diagnosis.machine_files.robot_write._number", lambda v: f"{float(v):.6g}"
     )
     with pytest.raises(MachineError, match="read back, it has other torques"):
-        write_robot(made, base, ARM, changed(base, 0.2))
+        write_robot(written, base, ARM, changed(base, 0.2))
     assert list(tmp_path.iterdir()) == []

@@ -35,25 +35,25 @@ def carts(folder: Path, loaded: tuple[int, ...], seeds: tuple[int, ...]) -> Iden
 def test_the_runs_that_carry_it_are_named_with_its_mass(
     tmp_path: Path, loaded: tuple[int, ...]
 ) -> None:
-    found = carts(tmp_path, loaded, (1, 2, 3, 4))
+    identified = carts(tmp_path, loaded, (1, 2, 3, 4))
     more = machines.heavier(HEAVY).body_mass.sum() - machines.heavier(machines.CART).body_mass.sum()
-    low, high = found["payload.m"].estimate.ci95
+    low, high = identified["payload.m"].estimate.ci95
     assert low <= more <= high
     assert high - low < 0.1 * more
     names = ", ".join(f"cart-{seed}.csv" for seed in loaded)
     verb = "carries" if len(loaded) == 1 else "carry"
-    assert found.notes[0].startswith(f"{names}: {verb} ")
+    assert identified.notes[0].startswith(f"{names}: {verb} ")
     # the machine is the one without it
-    assert (found.errors.fitted < 0.004).all()
-    low, high = found["F_c[1]"].estimate.ci95
+    assert (identified.errors.fitted < 0.004).all()
+    low, high = identified["F_c[1]"].estimate.ci95
     assert low <= machines.DRY[0] <= high
 
 
 def test_nothing_is_named_where_all_carry_the_same(tmp_path: Path) -> None:
     for loaded in ((), (1, 2, 3)):
-        found = carts(tmp_path, loaded, (1, 2, 3))
-        assert "payload.m" not in {one.name for one in found.parameters}
-        assert not any("announces" in note for note in found.notes)
+        identified = carts(tmp_path, loaded, (1, 2, 3))
+        assert "payload.m" not in {one.name for one in identified.parameters}
+        assert not any("announces" in note for note in identified.notes)
 
 
 def test_another_friction_on_one_run_is_no_payload(tmp_path: Path) -> None:
@@ -68,8 +68,8 @@ def test_another_friction_on_one_run_is_no_payload(tmp_path: Path) -> None:
         path = tmp_path / f"{seed}.csv"
         slides = (True, False, False)
         paths.append(machines.write(path, t, q, tau, slides, f"# trajectory: {seed}\n", seed))
-    found = identify(paths, options=Options(str(file)))
-    assert not any("announces" in note for note in found.notes)
+    identified = identify(paths, options=Options(str(file)))
+    assert not any("announces" in note for note in identified.notes)
 
 
 def test_an_axis_that_carries_more_is_named_by_its_inertia(tmp_path: Path) -> None:
@@ -79,9 +79,9 @@ def test_an_axis_that_carries_more_is_named_by_its_inertia(tmp_path: Path) -> No
         tau = inertia * a + 3.0 * inertia * np.cos(q) + machines.rubbed(v, (0.2,), (0.1,))
         path = tmp_path / f"{seed}.csv"
         paths.append(machines.write(path, t, q, tau, (False,), f"# trajectory: {seed}\n", seed))
-    found = identify(paths, options=Options("axis"))
-    low, high = found["payload.J[1]"].estimate.ci95
+    identified = identify(paths, options=Options("axis"))
+    low, high = identified["payload.J[1]"].estimate.ci95
     assert low <= 0.2 <= high
     assert high - low < 0.01
-    assert found.notes[0].startswith("3.csv: carries 0.2")
-    assert_close(found["J[1]"].estimate.value, 0.4, rtol=1e-3)
+    assert identified.notes[0].startswith("3.csv: carries 0.2")
+    assert_close(identified["J[1]"].estimate.value, 0.4, rtol=1e-3)

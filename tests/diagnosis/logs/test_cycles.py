@@ -28,8 +28,8 @@ def repeated(t: Array, period: float, seed: int = 1) -> Array:
 def log(theta: Array, name: str = "long.csv", noise: float = 1e-5, start: float = 0.0) -> Log:
     rng = np.random.default_rng(3)
     seen = theta + noise * rng.standard_normal(theta.shape)
-    made = Log.of(name, TS, seen, rng.standard_normal(theta.shape))
-    late = {key: type(c)(start, c.ts, c.values, c.valid) for key, c in made.channels.items()}
+    built = Log.of(name, TS, seen, rng.standard_normal(theta.shape))
+    late = {key: type(c)(start, c.ts, c.values, c.valid) for key, c in built.channels.items()}
     return Log(name, late, {"pass": "1", "trajectory": "a"})
 
 
@@ -39,29 +39,29 @@ def clock(seconds: float) -> Array:
 
 @pytest.mark.parametrize("period", [7.3, 6.00037])
 def test_passes_begin_where_the_motion_comes_again(period: float) -> None:
-    found = cycles(log(repeated(clock(4.4 * period), period), start=5.0))
-    assert [part.name for part in found] == [f"long.csv, pass {k}" for k in (1, 2, 3, 4)]
-    starts = [part["theta"].t0 for part in found]
+    passes = cycles(log(repeated(clock(4.4 * period), period), start=5.0))
+    assert [part.name for part in passes] == [f"long.csv, pass {k}" for k in (1, 2, 3, 4)]
+    starts = [part["theta"].t0 for part in passes]
     # cut at samples: each begins within one after its due time
     assert_close(np.array(starts) - 5.0, np.arange(4) * period, atol=1.01 * TS)
-    assert [str(note) for part in found for note in part.findings] == [
+    assert [str(note) for part in passes for note in part.findings] == [
         f"long.csv: its motion repeats: 4 passes of {period:.4g} s are taken from it"
     ]
-    assert all("pass" not in part.meta and part.meta["trajectory"] == "a" for part in found)
+    assert all("pass" not in part.meta and part.meta["trajectory"] == "a" for part in passes)
 
 
 def test_what_passes_leave_over_is_not_taken_twice() -> None:
     whole = log(repeated(clock(20.0), 8.0))
-    found = cycles(whole)
-    assert len(found) == 2
-    joined = np.concatenate([part["theta"].values for part in found])
+    passes = cycles(whole)
+    assert len(passes) == 2
+    joined = np.concatenate([part["theta"].values for part in passes])
     assert np.array_equal(joined, whole["theta"].values[: len(joined)])
 
 
 def test_short_cycles_stay_together() -> None:
-    found = cycles(log(repeated(clock(13.0), 1.0)))
-    assert len(found) == 3
-    lengths = np.array([len(part["theta"].values) for part in found])
+    passes = cycles(log(repeated(clock(13.0), 1.0)))
+    assert len(passes) == 3
+    lengths = np.array([len(part["theta"].values) for part in passes])
     assert_close(lengths * TS, np.full(3, 4.0), atol=1.5 * TS)
 
 
@@ -96,9 +96,9 @@ def test_two_long_logs_are_two_trajectories_with_passes(tmp_path: Path) -> None:
         rows = np.column_stack([t, theta, tau])
         head = "time,theta[1],tau_meas[1]\ns,rad,N m"
         np.savetxt(paths[-1], rows, delimiter=",", header=head, comments="", fmt="%.9g")
-    _, asked, trouble = run_set_of(paths, (), None, Options("axis"))
+    _, run_set, trouble = run_set_of(paths, (), None, Options("axis"))
     assert trouble == ""
-    assert len(asked.runs) == 6
-    assert len({run.trajectory for run in asked.runs}) == 2
-    assert asked.names == (tuple(map(str, paths)), ())
-    assert not any("one pass only" in text for text in asked.findings)
+    assert len(run_set.runs) == 6
+    assert len({run.trajectory for run in run_set.runs}) == 2
+    assert run_set.names == (tuple(map(str, paths)), ())
+    assert not any("one pass only" in text for text in run_set.findings)

@@ -11,7 +11,7 @@ import pytest
 
 from flexhex.diagnosis.logs import Options, read_log
 from flexhex.fmus.common.errors import LogError
-from tests.diagnosis.made import columns, motion
+from tests.diagnosis.synthetic import columns, motion
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,13 @@ import pytest
 from flexhex.diagnosis.logs import Finding, Log, read_log
 from flexhex.diagnosis.logs.values import plateaus
 from flexhex.fmus.common.errors import LogError
-from tests.diagnosis.made import TS, Array, columns, motion, plain_csv, write_csv
+from tests.diagnosis.synthetic import TS, Array, columns, motion, plain_csv, write_csv
 
 
 def finding(log: Log, kind: str) -> Finding:
     """The one finding of a kind."""
-    (found,) = [f for f in log.findings if f.kind == kind]
-    return found
+    (one,) = [f for f in log.findings if f.kind == kind]
+    return one
 
 
 def with_time(path: Path, change: Callable[[Array], Array], seconds: float = 2.0) -> Path:
@@ -80,7 +80,7 @@ def test_time_backwards_is_refused_but_a_reset_is_cut(tmp_path: Path) -> None:
         read_log(with_time(tmp_path / "a.csv", lambda t: t[mixed]))
 
 
-def test_jitter_is_told_and_loses_no_sample(tmp_path: Path) -> None:
+def test_jitter_is_reported_and_loses_no_sample(tmp_path: Path) -> None:
     noise = 0.1 * TS * np.random.default_rng(1).standard_normal(4000)
     log = read_log(with_time(tmp_path / "a.csv", lambda t: t + noise))
     assert "jitters by 5e-05 s" in finding(log, "jitter").text
@@ -104,7 +104,7 @@ def test_repeated_samples_are_dropped(tmp_path: Path) -> None:
     assert finding(log, "duplicate").corrected
 
 
-def test_drift_between_time_columns_is_told(tmp_path: Path) -> None:
+def test_drift_between_time_columns_is_reported(tmp_path: Path) -> None:
     run = motion()
     values = np.column_stack([run["time"], run["theta"], run["time"] * (1 + 2e-4), run["tau_meas"]])
     names = ["time", "theta[1]", "theta[2]", "time", "tau_meas[1]", "tau_meas[2]"]
@@ -142,7 +142,7 @@ def test_clipped_torque_is_not_valid_but_a_peak_is(tmp_path: Path) -> None:
         assert "is clipped at -" in next(f.text for f in log.findings if f.kind == "clipped")
 
 
-def test_constant_channel_and_doubtful_range_are_told(tmp_path: Path) -> None:
+def test_constant_channel_and_doubtful_range_are_reported(tmp_path: Path) -> None:
     run = motion()
     run["tau_meas"][:, 1] = 0.25
     run["theta"][:, 0] *= 1000
@@ -160,7 +160,7 @@ def test_jump_of_an_angle_is_not_valid(tmp_path: Path) -> None:
     assert "jumps" in finding(log, "jump").text
 
 
-def test_swapped_axes_and_turned_signs_are_told(tmp_path: Path) -> None:
+def test_swapped_axes_and_turned_signs_are_reported(tmp_path: Path) -> None:
     run = motion(n=3)
     swapped = run["theta"][:, [1, 0, 2]] * [1, 1, -1]
     log = read_log(plain_csv(tmp_path / "a.csv", {**run, "theta": swapped, "r": run["theta"]}))
@@ -178,12 +178,12 @@ def test_delay_and_growing_delay_are_measured(tmp_path: Path) -> None:
     fine, known = longer["theta"].T, longer["time"]
     late = np.column_stack([np.interp(t - 0.0123, known, column) for column in fine])
     log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"], "theta": late}))
-    found = finding(log, "delay").text
-    assert float(found.split(" by ")[1].split()[0]) == pytest.approx(12.3, abs=0.01)
+    text = finding(log, "delay").text
+    assert float(text.split(" by ")[1].split()[0]) == pytest.approx(12.3, abs=0.01)
     grown = np.column_stack([np.interp(t * (1 - 1e-3), known, column) for column in fine])
     log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"], "theta": grown}))
-    found = finding(log, "drift").text
-    assert float(found.split("drift by ")[1].split()[0]) == pytest.approx(1000, rel=0.02)
+    text = finding(log, "drift").text
+    assert float(text.split("drift by ")[1].split()[0]) == pytest.approx(1000, rel=0.02)
 
 
 def test_missing_channels_are_named(tmp_path: Path) -> None:
@@ -210,7 +210,7 @@ def test_missing_channels_are_named(tmp_path: Path) -> None:
         read_log(write_csv(tmp_path / "a.csv", names[:6], units[:6], values[:, :6]))
 
 
-def test_short_log_is_told_or_refused(tmp_path: Path) -> None:
+def test_short_log_is_reported_or_refused(tmp_path: Path) -> None:
     assert finding(read_log(plain_csv(tmp_path / "a.csv", motion(0.5))), "short")
     with pytest.raises(LogError, match="2 samples are too few"):
         read_log(plain_csv(tmp_path / "a.csv", motion(2 * TS)))

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from flexhex.diagnosis.logs import Log, Options, read_log
 from flexhex.fmus.common.errors import LogError
-from tests.diagnosis.made import (
+from tests.diagnosis.synthetic import (
     columns,
     motion,
     plain_csv,

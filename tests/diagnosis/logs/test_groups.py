@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.logs import Channel, Log, group_runs
-from tests.diagnosis.made import TS, motion
+from tests.diagnosis.synthetic import TS, motion
 
 
 def run(seed: int, shift: float, name: str, with_r: bool = False, **meta: str) -> Log:

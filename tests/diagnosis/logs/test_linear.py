@@ -13,7 +13,7 @@ from flexhex.diagnosis.logs import Log, Options, group_runs, read_log
 from flexhex.diagnosis.planning.trajectory import Trajectory, read_trajectory, write_trajectory
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import LogError
-from tests.diagnosis.made import columns, motion, write_csv
+from tests.diagnosis.synthetic import columns, motion, write_csv
 
 
 def said(log: Log) -> list[str]:
@@ -64,10 +64,10 @@ def test_each_axis_has_a_unit_of_its_own(tmp_path: Path) -> None:
     assert log.tau == pytest.approx(values[:, 3:] * [1e-3, 1e3])
     assert said(log)[0] == "theta[1] converted from deg to rad, theta[2] converted from mm to m"
     plain = write_csv(tmp_path / "b.csv", names, None, values)
-    told = {"time": "s", "theta": "deg, mm", "tau_meas": "mNm,kN"}
-    assert (read_log(plain, Options(units=told)).tau == log.tau).all()
+    units = {"time": "s", "theta": "deg, mm", "tau_meas": "mNm,kN"}
+    assert (read_log(plain, Options(units=units)).tau == log.tau).all()
     with pytest.raises(LogError, match=r"theta has 3 units \(deg,mm,mm\) for 2 axes"):
-        read_log(plain, Options(units={**told, "theta": "deg,mm,mm"}))
+        read_log(plain, Options(units={**units, "theta": "deg,mm,mm"}))
 
 
 @pytest.mark.parametrize("unit", ["rad, mm", ["rad", "mm"]])
@@ -76,9 +76,9 @@ def test_arrays_tell_the_unit_of_each_axis(unit: str | list[str], tmp_path: Path
     path = tmp_path / "a.h5"
     force = ["N m", "N"] if isinstance(unit, list) else "N m, N"
     with h5py.File(path, "w") as file:
-        for name, told in (("time", "s"), ("theta", unit), ("tau_meas", force)):
+        for name, units in (("time", "s"), ("theta", unit), ("tau_meas", force)):
             file[name] = run[name]
-            file[name].attrs["unit"] = told
+            file[name].attrs["unit"] = units
     log = read_log(path)
     assert log.kinds == (ROTARY, LINEAR)
     assert log.theta == pytest.approx(run["theta"] * [1.0, 1e-3])

@@ -37,8 +37,8 @@ def version5(path: Path, kind: str) -> Path:
 def version73(path: Path, kind: str, beside: bool = False) -> Path:
     """The same in a v7.3 file."""
     with h5py.File(path, "w") as file:
-        made = file.create_dataset("TT", data=np.zeros((1, 6), dtype=np.uint32))
-        made.attrs["MATLAB_class"], made.attrs["MATLAB_object_decode"] = np.bytes_(kind), 3
+        dataset = file.create_dataset("TT", data=np.zeros((1, 6), dtype=np.uint32))
+        dataset.attrs["MATLAB_class"], dataset.attrs["MATLAB_object_decode"] = np.bytes_(kind), 3
         if beside:
             for name in ("run/time", "run/theta", "run/tau_meas"):
                 file[name] = np.linspace(0, 1, 200)[None, :]

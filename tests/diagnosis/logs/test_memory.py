@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.logs import Options, read_log
-from tests.diagnosis.made import columns, motion, plain_csv, write_csv, write_hdf5
+from tests.diagnosis.synthetic import columns, motion, plain_csv, write_csv, write_hdf5
 
 READ = """
 import sys
@@ -69,5 +69,5 @@ def test_stretches_keep_true_times_and_values(ending: str, tmp_path: Path) -> No
     assert np.array_equal(channel.values[channel.valid], run["theta"][rows])
     # spread over all of the run
     assert (rows.min() < 100, rows.max() > 39_900) == (True, True)
-    (found,) = [f for f in log.findings if f.kind == "memory"]
-    assert "24 evenly spread stretches (50%)" in found.text
+    (finding,) = [f for f in log.findings if f.kind == "memory"]
+    assert "24 evenly spread stretches (50%)" in finding.text

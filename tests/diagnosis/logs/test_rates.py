@@ -44,8 +44,8 @@ def written(path: Path, step: float, units: str = "", **more: Array) -> Log:
 
 def said(log: Log) -> str:
     """The finding on rates or accelerations; one of them."""
-    (found,) = [finding.text for finding in log.findings if finding.kind == "rates"]
-    return found
+    (text,) = [finding.text for finding in log.findings if finding.kind == "rates"]
+    return text
 
 
 def noise(size: float, seed: int = 5) -> Array:
@@ -65,8 +65,8 @@ def test_rates_are_used_where_their_noise_makes_less(
     # one more differentiation under a Hann window of 16 ms multiplies white noise by 2 pi / 16 ms;
     # the largest 5 % are not counted, which takes 13 % of Gaussian noise and nothing of steps
     times = 0.871 * size / (step / np.sqrt(12.0)) * 0.016 / (2 * np.pi)
-    told = float(said(log).partition(" times the noise")[0].rpartition(" ")[2])
-    assert told == pytest.approx(times, rel=0.06)  # two digits are told
+    share = float(said(log).partition(" times the noise")[0].rpartition(" ")[2])
+    assert share == pytest.approx(times, rel=0.06)  # two digits are told
 
 
 @pytest.mark.parametrize(("step", "size", "used"), [(1e-4, 0.05, True), (1e-7, 2.0, False)])

@@ -9,7 +9,7 @@ import pytest
 
 from flexhex.diagnosis.logs import read_log
 from tests.diagnosis.logs.test_faults import finding
-from tests.diagnosis.made import Array, plain_csv
+from tests.diagnosis.synthetic import Array, plain_csv
 
 RATE = 93.0
 """Of a controller that sends in steps of 2 ms, about every 10.75 ms."""
@@ -41,9 +41,9 @@ def run(t: Array, at: Array, seed: int = 4) -> dict[str, Array]:
 def test_times_at_which_the_motion_is_smooth_are_the_samples(tmp_path: Path) -> None:
     t = uneven()
     log = read_log(plain_csv(tmp_path / "a.csv", run(t, t)))
-    told = finding(log, "jitter")
-    assert told.corrected
-    assert "and is right (even times would make the motion" in told.text
+    text = finding(log, "jitter")
+    assert text.corrected
+    assert "and is right (even times would make the motion" in text.text
     theta = log["theta"]
     assert theta.valid.all()
     assert theta.ts == pytest.approx(np.diff(t).mean(), rel=0.01)
@@ -62,9 +62,11 @@ def test_times_that_the_motion_does_not_follow_are_stamps_that_came_late(tmp_pat
 
 def test_what_was_not_recorded_and_what_is_no_number_is_not_used(tmp_path: Path) -> None:
     t = uneven()
-    made = {name: np.delete(values, np.s_[500:520], axis=0) for name, values in run(t, t).items()}
-    made["theta"][900:905, 0] = np.nan
-    log = read_log(plain_csv(tmp_path / "a.csv", made))
+    columns = {
+        name: np.delete(values, np.s_[500:520], axis=0) for name, values in run(t, t).items()
+    }
+    columns["theta"][900:905, 0] = np.nan
+    log = read_log(plain_csv(tmp_path / "a.csv", columns))
     theta, tau = log["theta"], log["tau_meas"]
     assert "theta is not a number" in finding(log, "nan").text
     assert "20 samples were dropped in 1 gaps" in finding(log, "gap").text
@@ -72,7 +74,7 @@ def test_what_was_not_recorded_and_what_is_no_number_is_not_used(tmp_path: Path)
     missing = (theta.time > t[498]) & (theta.time < t[521])
     assert not tau.valid[missing].any()
     assert tau.valid[~missing].all()
-    blank = (theta.time > made["time"][898]) & (theta.time < made["time"][906])
+    blank = (theta.time > columns["time"][898]) & (theta.time < columns["time"][906])
     assert not theta.valid[missing | blank].any()
     assert theta.valid[~(missing | blank)].all()
     assert np.isfinite(theta.values).all()
@@ -82,18 +84,18 @@ def test_what_was_not_recorded_and_what_is_no_number_is_not_used(tmp_path: Path)
 
 def test_angle_that_rests_or_runs_straight_says_nothing(tmp_path: Path) -> None:
     t = uneven()
-    made = run(t, t)
-    made["theta"] = np.column_stack([np.zeros_like(t), 0.1 * np.arange(len(t)) / len(t)])
-    made["tau_meas"] = np.zeros((len(t), 2))
-    assert "taken as even" in finding(read_log(plain_csv(tmp_path / "a.csv", made)), "jitter").text
+    built = run(t, t)
+    built["theta"] = np.column_stack([np.zeros_like(t), 0.1 * np.arange(len(t)) / len(t)])
+    built["tau_meas"] = np.zeros((len(t), 2))
+    assert "taken as even" in finding(read_log(plain_csv(tmp_path / "a.csv", built)), "jitter").text
 
 
 def test_motion_without_any_bend_at_its_own_times_tells_no_endless_number(tmp_path: Path) -> None:
     """Times in eighths of milliseconds, at which a straight line is one to the last digit."""
     t = np.round(uneven() * 8192) / 8192
-    made = {"time": t, "theta": np.column_stack([2 * t, 3 * t]), "tau_meas": np.zeros((len(t), 2))}
-    told = finding(read_log(plain_csv(tmp_path / "a.csv", made)), "jitter").text
-    assert "(even times would make the motion 1e+03 times rougher)" in told
+    table = {"time": t, "theta": np.column_stack([2 * t, 3 * t]), "tau_meas": np.zeros((len(t), 2))}
+    text = finding(read_log(plain_csv(tmp_path / "a.csv", table)), "jitter").text
+    assert "(even times would make the motion 1e+03 times rougher)" in text
 
 
 def test_log_with_a_long_gap_stays_even(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from flexhex.diagnosis.logs import Options, read_log
 from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.logs.test_faults import finding
-from tests.diagnosis.made import TS, columns, motion, write_csv
+from tests.diagnosis.synthetic import TS, columns, motion, write_csv
 
 
 @pytest.mark.parametrize(
@@ -45,8 +45,8 @@ def test_log_without_units_is_refused_with_the_way_out(tmp_path: Path) -> None:
     path = write_csv(tmp_path / "a.csv", names, None, values)
     with pytest.raises(LogError, match=r"has no unit, wanted 's': give it in the file .* --unit"):
         read_log(path)
-    told = Options(units={"time": "s", "theta": "deg", "tau_meas": "N m"})
-    assert read_log(path, told).theta == pytest.approx(values[:, 1:3] * np.pi / 180)
+    options = Options(units={"time": "s", "theta": "deg", "tau_meas": "N m"})
+    assert read_log(path, options).theta == pytest.approx(values[:, 1:3] * np.pi / 180)
 
 
 def test_current_needs_a_torque_constant(tmp_path: Path) -> None:
@@ -60,9 +60,9 @@ def test_current_needs_a_torque_constant(tmp_path: Path) -> None:
         given = read_log(path, Options(torque_constant=(3.0, 2.0)))
         assert given.tau == pytest.approx(values[:, 3:] * [3e-3, 2e-3])
         meta = {"torque_constant": "3.0 N m/A"}
-        told = read_log(write_csv(tmp_path / "a.csv", named, units, values, meta))
-        assert told.tau == pytest.approx(values[:, 3:] * 3e-3)
-        assert "3 N m/A" in finding(told, "units").text
+        log = read_log(write_csv(tmp_path / "a.csv", named, units, values, meta))
+        assert log.tau == pytest.approx(values[:, 3:] * 3e-3)
+        assert "3 N m/A" in finding(log, "units").text
         for bad in ("3.0", "3.0 V", "nan N m/A", "-3 N m/A", "", "x N m/A"):
             path = write_csv(
                 tmp_path / "a.csv", named, units, values, {"torque_constant": bad or " "}
@@ -85,8 +85,8 @@ def test_volts_are_relative_without_a_constant(tmp_path: Path) -> None:
 def test_volts_and_amperes_are_not_taken_for_each_other(tmp_path: Path) -> None:
     names, _, values = columns(motion())
     path, units = tmp_path / "a.csv", ["s", "rad", "rad", "V", "V"]
-    told = read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/V"}))
-    assert told.tau == pytest.approx(values[:, 3:] * 3.0)
+    log = read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/V"}))
+    assert log.tau == pytest.approx(values[:, 3:] * 3.0)
     with pytest.raises(LogError, match=r"is in V, torque_constant is '3 N m/A'"):
         read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/A"}))
     with pytest.raises(LogError, match="in A on some axes, in V on others"):

@@ -55,17 +55,17 @@ def simulated(
     clock = np.arange(round(SECONDS / STEP)) * STEP
     q, v, a = wanted(clock, seed)
     data.qpos[:], data.qvel[:] = q[0], v[0]
-    told, seen = np.empty((len(clock), N)), np.empty((len(clock), N))
+    reported, seen = np.empty((len(clock), N)), np.empty((len(clock), N))
     for k in range(len(clock)):
         plan.qpos[:], plan.qvel[:], plan.qacc[:] = q[k], v[k], a[k]
         mujoco.mj_inverse(model, plan)
         off = q[k] - data.qpos + DAMPED * (v[k] - data.qvel)
         data.qfrc_applied[:] = plan.qfrc_inverse + STIFF * off
-        seen[k], told[k] = data.qpos, data.qfrc_applied
+        seen[k], reported[k] = data.qpos, data.qfrc_applied
         mujoco.mj_step(model, data)
     # a torque acts over the step that follows its angle: half a step later on the mean
     theta = seen[::EVERY] + ENCODER * rng.standard_normal(seen[::EVERY].shape)
-    tau = told[::EVERY] + TORQUE * told.std(axis=0) * rng.standard_normal(theta.shape)
+    tau = reported[::EVERY] + TORQUE * reported.std(axis=0) * rng.standard_normal(theta.shape)
     return clock[::EVERY], theta, tau
 
 

@@ -47,7 +47,7 @@ def exchanged(i: int, j: int) -> list[int]:
 @cache
 def logged() -> list[tuple[Array, ...]]:
     """Angles, rates, accelerations and torques (samples, 6) of two motions, by MuJoCo."""
-    model, found = machine((0.0,) * N), []
+    model, torques = machine((0.0,) * N), []
     t = np.arange(0, SECONDS, 5 * TS)
     for seed in (1, 2):
         moved = wanted(t, seed)
@@ -56,11 +56,11 @@ def logged() -> list[tuple[Array, ...]]:
             data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
             mujoco.mj_inverse(model, data)
             tau[k] = data.qfrc_inverse
-        found.append((*moved, tau + FRICTION * np.tanh(moved[1] / 0.01)))
-    return found
+        torques.append((*moved, tau + FRICTION * np.tanh(moved[1] / 0.01)))
+    return torques
 
 
-def told(angle: Change, torque: Change, zero: Array | float = 0.0, file: Path = FILE) -> str:
+def messages(angle: Change, torque: Change, zero: Array | float = 0.0, file: Path = FILE) -> str:
     """Whether such logs are refused, and what is said."""
     runs = []
     for seed, (q, v, a, tau) in enumerate(logged()):
@@ -76,14 +76,14 @@ def told(angle: Change, torque: Change, zero: Array | float = 0.0, file: Path = 
 
 def _cases() -> dict[str, tuple[Change, Change]]:
     """Wrong logs by what mends them."""
-    found: dict[str, tuple[Change, Change]] = {}
+    cases: dict[str, tuple[Change, Change]] = {}
     for i in range(N):
         sign, axis = only(i, -1.0), i + 1
-        found[f"the torque of axis {axis} negated"] = (same, lambda x, s=sign: x * s)
-        found[f"the angle of axis {axis} negated"] = (lambda x, s=sign: x * s, same)
+        cases[f"the torque of axis {axis} negated"] = (same, lambda x, s=sign: x * s)
+        cases[f"the angle of axis {axis} negated"] = (lambda x, s=sign: x * s, same)
         degrees = only(i, 180 / np.pi)
         text = f"the angle of axis {axis} taken as degrees, not radians"
-        found[text] = (lambda x, s=degrees: x * s, same)
+        cases[text] = (lambda x, s=degrees: x * s, same)
     for i, j in combinations(range(N), 2):
         order = exchanged(i, j)
 
@@ -91,16 +91,16 @@ def _cases() -> dict[str, tuple[Change, Change]]:
             return x[:, o]
 
         if (i, j) not in FAINT:
-            found[f"with axes {i + 1} and {j + 1} exchanged"] = (both, both)
-        found[f"the torques of axes {i + 1} and {j + 1} exchanged"] = (same, both)
-    found["the axes in reverse order"] = (lambda x: x[:, ::-1],) * 2
-    found["axis 2 as the first"] = (lambda x: np.roll(x, 1, axis=1),) * 2
-    found["angles taken as degrees"] = (np.rad2deg, same)
-    found["angles taken as radians"] = (np.deg2rad, same)
-    found["torques of a thousandth"] = (same, lambda x: 1e3 * x)
-    found["torques of a thousand times"] = (same, lambda x: 1e-3 * x)
-    found["all torques negated"] = (same, np.negative)
-    return found
+            cases[f"with axes {i + 1} and {j + 1} exchanged"] = (both, both)
+        cases[f"the torques of axes {i + 1} and {j + 1} exchanged"] = (same, both)
+    cases["the axes in reverse order"] = (lambda x: x[:, ::-1],) * 2
+    cases["axis 2 as the first"] = (lambda x: np.roll(x, 1, axis=1),) * 2
+    cases["angles taken as degrees"] = (np.rad2deg, same)
+    cases["angles taken as radians"] = (np.deg2rad, same)
+    cases["torques of a thousandth"] = (same, lambda x: 1e3 * x)
+    cases["torques of a thousand times"] = (same, lambda x: 1e-3 * x)
+    cases["all torques negated"] = (same, np.negative)
+    return cases
 
 
 FAINT = ((3, 4), (3, 5))
@@ -109,20 +109,20 @@ CASES = _cases()
 
 
 def test_the_right_log_passes_in_silence() -> None:
-    assert told(same, same) == SILENT
+    assert messages(same, same) == SILENT
 
 
 @pytest.mark.sample(6)
 @pytest.mark.parametrize("mend", CASES)
 def test_a_wrong_log_is_refused_with_what_mends_it(mend: str) -> None:
-    text = told(*CASES[mend])
+    text = messages(*CASES[mend])
     assert text.startswith(REFUSED), text or "nothing"
     assert mend in text
 
 
 def test_another_zero_is_said() -> None:
     """It looks like an effect that the machine may have, too."""
-    text = told(same, same, np.array([0, np.pi / 2, 0, 0, 0, 0]))
+    text = messages(same, same, np.array([0, np.pi / 2, 0, 0, 0, 0]))
     assert text.startswith(SAID)
     assert "270 degrees added to the angle of axis 2" in text
 
@@ -134,11 +134,11 @@ def test_another_robot_is_not_taken_in_silence(tmp_path: Path) -> None:
         assert old in text
         text = text.replace(old, new, 1)
     other.write_text(text)
-    assert told(same, same, file=other).startswith((REFUSED, SAID))
+    assert messages(same, same, file=other).startswith((REFUSED, SAID))
 
 
 def test_what_looks_the_same_is_silent() -> None:
     """Mirrored angles and torques; axes of the wrist; thousand times the torque where friction and
     a rotor explain all of it."""
-    assert told(np.negative, np.negative) == SILENT
-    assert told(same, lambda x: x * only(5, 1e3)) == SILENT
+    assert messages(np.negative, np.negative) == SILENT
+    assert messages(same, lambda x: x * only(5, 1e3)) == SILENT

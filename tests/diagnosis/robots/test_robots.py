@@ -45,12 +45,12 @@ def motion(n: int) -> Motion:
 
 def inverse(model: mujoco.MjModel, moved: Motion) -> Array:
     """MuJoCo's torques (samples, n)."""
-    data, found = mujoco.MjData(model), []
+    data, torques = mujoco.MjData(model), []
     for q, v, a in zip(moved.theta, moved.thetad, moved.thetadd, strict=True):
         data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
         mujoco.mj_inverse(model, data)
-        found.append(data.qfrc_inverse.copy())
-    return np.array(found)
+        torques.append(data.qfrc_inverse.copy())
+    return np.array(torques)
 
 
 def test_arm_has_the_torques_of_mujoco() -> None:
@@ -95,14 +95,14 @@ def test_column_of_an_error_is_the_difference_of_torques(name: str) -> None:
     base, moved = base_of(str(FILE), None, log(6)), motion(6)
     assert base.geometry is not None
     p = np.array([known.nominal for known in base.linear])
-    found = base.geometry.columns(moved, SAMPLE, p)
+    columns = base.geometry.columns(moved, SAMPLE, p)
     at = [known.name for known in base.geometry.known].index(name)
     model = mujoco.MjModel.from_xml_path(str(FILE))
     before = inverse(model, moved)
     DISPLACED[name](model)
     wanted = (inverse(model, moved) - before) / TURN
     # gravity that turns one way is a foot that turns the other
-    sides = [float(np.abs(sign * found[:, :, at] - wanted).max()) for sign in (1.0, -1.0)]
+    sides = [float(np.abs(sign * columns[:, :, at] - wanted).max()) for sign in (1.0, -1.0)]
     best = min(sides) if name.startswith("gravity") else sides[0]
     # differences of torques of some 60 N m over 1e-6, of second order in it
     assert best < 1e-5 * np.abs(wanted).max()
@@ -207,8 +207,8 @@ def test_other_files_are_refused(name: str, message: str, tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_file_and_four_runs_name_the_hidden_friction(tmp_path: Path) -> None:
     paths = [write(tmp_path / f"{s}_{k}.csv", s, k) for s in (1, 2) for k in (1, 2)]
-    found = diagnose(paths, options=Options(base=str(FILE)))
-    (effect,) = [effect for effect in found.effects if 3 in effect.axes]
+    diagnosis = diagnose(paths, options=Options(base=str(FILE)))
+    (effect,) = [effect for effect in diagnosis.effects if 3 in effect.axes]
     assert (effect.id, effect.axes) == ("coulomb_friction", (3,))
     # MuJoCo's constraint is soft: it creeps before it slides
     assert_close(effect.parameters["F_c"].value, DRY[2], atol=0.05 * DRY[2])

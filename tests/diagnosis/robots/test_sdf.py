@@ -79,14 +79,14 @@ def base(file: Path) -> RobotBase:
 def test_torques_are_those_of_the_urdf(tmp_path: Path, style: Any) -> None:
     (tmp_path / "arm.urdf").write_text(URDF)
     (tmp_path / "arm.sdf").write_text(style())
-    wanted, found = (base(tmp_path / f"arm.{kind}") for kind in ("urdf", "sdf"))
-    assert found.robot.joints == ("shoulder", "slide")
+    wanted, actual = (base(tmp_path / f"arm.{kind}") for kind in ("urdf", "sdf"))
+    assert actual.robot.joints == ("shoulder", "slide")
     theta, thetad, thetadd = np.random.default_rng(1).standard_normal((3, 20, 2))
     motion = Motion(0.0, 1e-3, theta, thetad, thetadd)
     p = np.array([known.nominal for known in wanted.linear])
-    q = np.array([known.nominal for known in found.linear])
+    q = np.array([known.nominal for known in actual.linear])
     assert_close(q, p, atol=1e-12, what="parameters")
-    assert_close(found.torque(motion, q), wanted.torque(motion, p), rtol=1e-12, what="torque")
+    assert_close(actual.torque(motion, q), wanted.torque(motion, p), rtol=1e-12, what="torque")
 
 
 WRONG = {
