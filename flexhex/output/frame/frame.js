@@ -41,7 +41,7 @@ const plain = text => (text ?? "").replace(/<sub>/g, "_").replace(/<\/su[bp]>/g,
 
 function layoutOf(f) {
   const axis = { gridcolor: "#e6e9ec", linecolor: "#bbb", zerolinecolor: "#bbb" };
-  const made = coloured({
+  const layout = coloured({
     ...f.layout,
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: { ...f.layout.font, color: "#222" },
@@ -50,57 +50,57 @@ function layoutOf(f) {
     hoverlabel: { namelength: -1, bgcolor: "#ffffff", bordercolor: "#999", font: { color: "#222" } },
   });
   const unit = unitOf(f.layout.xaxis?.title?.text), x = plain(f.layout.xaxis?.title?.text).replace(/\s*\[.*/, "");
-  if (made.hovermode === "x unified") {
-    made.xaxis = { ...made.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
+  if (layout.hovermode === "x unified") {
+    layout.xaxis = { ...layout.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
   }
   const zoomed = zooms[f.layout.meta?.time];
-  if (zoomed) { made.xaxis = { ...made.xaxis, range: zoomed, autorange: false }; }
-  if (made.title?.text) { made.title = { ...made.title, text: made.title.text.replaceAll("{joint}", joint ?? "") }; }
+  if (zoomed) { layout.xaxis = { ...layout.xaxis, range: zoomed, autorange: false }; }
+  if (layout.title?.text) { layout.title = { ...layout.title, text: layout.title.text.replaceAll("{joint}", joint ?? "") }; }
   if (panelsOf(f).length) {
     const box = document.getElementById(f.id);
-    panelled(f, made, printing ? PAPER : box.clientWidth);
-    if (printing) { made.width = PAPER; made.autosize = false; }
-    return made;
+    panelled(f, layout, printing ? PAPER : box.clientWidth);
+    if (printing) { layout.width = PAPER; layout.autosize = false; }
+    return layout;
   }
   const half = printing && f.layout.meta?.half;
   if (narrow() || half) {
-    if (made.title) {
-      const text = wrapped(made.title.text ?? "", 46), more = 16 * (text.split("<br>").length - 1);
-      made.margin.t = (made.margin.t ?? 45) + more;
-      made.title = { ...made.title, font: { size: 12.5 }, text, xref: "container", x: 0.03, yref: "container", y: 1, yanchor: "top", pad: { t: 12 } };
+    if (layout.title) {
+      const text = wrapped(layout.title.text ?? "", 46), more = 16 * (text.split("<br>").length - 1);
+      layout.margin.t = (layout.margin.t ?? 45) + more;
+      layout.title = { ...layout.title, font: { size: 12.5 }, text, xref: "container", x: 0.03, yref: "container", y: 1, yanchor: "top", pad: { t: 12 } };
     }
   }
   if (narrow()) {
     // a wide margin to the right is the place of a legend
-    made.margin = { ...made.margin, l: LEFT, r: made.margin.r < 100 ? made.margin.r : 10 };
+    layout.margin = { ...layout.margin, l: LEFT, r: layout.margin.r < 100 ? layout.margin.r : 10 };
     // no room beside the plot on a narrow screen: the legend goes below it, unless it stands above
     const named = f.data.filter(trace => trace.showlegend !== false && trace.visible !== false);
-    if (made.updatemenus) {
+    if (layout.updatemenus) {
       // a menu of many lines stands above the plot; the pointer names them
-      made.updatemenus = made.updatemenus.map(menu => ({ ...menu, x: 0, y: 1, yanchor: "bottom", pad: { b: 6 } }));
-      Object.assign(made, { showlegend: false, height: made.height + MENU });
-      made.margin.t += MENU;
-    } else if (named.length > 1 && made.legend?.orientation !== "h") {
+      layout.updatemenus = layout.updatemenus.map(menu => ({ ...menu, x: 0, y: 1, yanchor: "bottom", pad: { b: 6 } }));
+      Object.assign(layout, { showlegend: false, height: layout.height + MENU });
+      layout.margin.t += MENU;
+    } else if (named.length > 1 && layout.legend?.orientation !== "h") {
       const longest = Math.max(...named.map(trace => plain(trace.name).length));
       const each = 50 + 7.5 * longest + (named.some(trace => trace.legendgroup) ? 20 : 0);
       const rows = Math.ceil(named.length / Math.max(1, Math.floor((innerWidth - 90) / each)));
-      made.margin.b = 60 + ROW * rows;
-      made.height += ROW * Math.max(0, rows - FEW);
-      made.legend = { ...made.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
+      layout.margin.b = 60 + ROW * rows;
+      layout.height += ROW * Math.max(0, rows - FEW);
+      layout.legend = { ...layout.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
     }
-    if (made.xaxis?.tickangle) {
-      made.xaxis = { ...made.xaxis, tickangle: -90 };
-      made.margin.b += UPRIGHT;
-      made.height += UPRIGHT;
+    if (layout.xaxis?.tickangle) {
+      layout.xaxis = { ...layout.xaxis, tickangle: -90 };
+      layout.margin.b += UPRIGHT;
+      layout.height += UPRIGHT;
     }
   }
-  if (narrow() && made.xaxis?.title?.text?.length > LONG) {
-    const text = wrapped(made.xaxis.title.text, LONG);
-    made.xaxis = { ...made.xaxis, title: { ...made.xaxis.title, text } };
-    made.margin = { ...made.margin, b: (made.margin.b ?? 50) + 18 * (text.split("<br>").length - 1) };
+  if (narrow() && layout.xaxis?.title?.text?.length > LONG) {
+    const text = wrapped(layout.xaxis.title.text, LONG);
+    layout.xaxis = { ...layout.xaxis, title: { ...layout.xaxis.title, text } };
+    layout.margin = { ...layout.margin, b: (layout.margin.b ?? 50) + 18 * (text.split("<br>").length - 1) };
   }
-  if (printing) { made.width = half ? PAPER / 2 - 20 : PAPER; made.autosize = false; }
-  return made;
+  if (printing) { layout.width = half ? PAPER / 2 - 20 : PAPER; layout.autosize = false; }
+  return layout;
 }
 
 function wrapped(text, most) {
@@ -115,16 +115,16 @@ function wrapped(text, most) {
 function tracesOf(f) {
   const panels = shownPanels(f);
   return f.data.filter(trace => !panels.length || panels.includes(trace.meta.panel)).map(trace => {
-    const made = coloured(trace), unit = unitOf(axisOf(f, trace, "y").title?.text);
+    const drawn = coloured(trace), unit = unitOf(axisOf(f, trace, "y").title?.text);
     if (!trace.hovertemplate && !trace.hoverinfo && !trace.hovertext && (trace.mode ?? "").includes("lines")) {
-      made.hovertemplate = `%{y:.4~g} ${unit}`;
+      drawn.hovertemplate = `%{y:.4~g} ${unit}`;
     }
     if (panels.length) {
       const place = panels.indexOf(trace.meta.panel);
-      return { ...made, xaxis: nth("x", place), yaxis: nth("y", place), hovertemplate: `${made.hovertemplate}<extra></extra>` };
+      return { ...drawn, xaxis: nth("x", place), yaxis: nth("y", place), hovertemplate: `${drawn.hovertemplate}<extra></extra>` };
     }
-    if (trace.meta?.joint !== undefined) { made.visible = trace.meta.joint === joint; }
-    return made;
+    if (trace.meta?.joint !== undefined) { drawn.visible = trace.meta.joint === joint; }
+    return drawn;
   });
 }
 

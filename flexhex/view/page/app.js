@@ -248,11 +248,11 @@ async function build() {
   await loadThree();
   const { machine } = DATA, hexapod = machine.kind === "hexapod";
   const size = hexapod ? hexapodReach(machine) : reachOf(machine, ALL), neutral = hexapod && neutralFrames(machine);
-  const made = tint => (hexapod ? new Mechanism(machine, neutral, tint) : new (machine.kind === "tree" ? Tree : Bars)(machine, size, tint));
+  const tinted = tint => (hexapod ? new Mechanism(machine, neutral, tint) : new (machine.kind === "tree" ? Tree : Bars)(machine, size, tint));
   stage = new Stage(byId("machine"), size);
   stage.onChange = () => { dirty = true; };
-  [real, ghost] = [made(null), made("#888888")];
-  [other, twin] = DATA.runs.length > 1 ? [made(null), made("#888888")] : [null, null];
+  [real, ghost] = [tinted(null), tinted("#888888")];
+  [other, twin] = DATA.runs.length > 1 ? [tinted(null), tinted("#888888")] : [null, null];
   [real, other, twin, ghost].forEach(one => { if (one) { stage.add(one); } });
   if (!hexapod && WIDTH > 1) { number(); }
 }

@@ -31,12 +31,12 @@ function at(frames, name, t, width = WIDTH) {
   const values = frames[name];
   if (!values) { return null; }
   const place = Math.min(Math.max((t - frames.t0) / frames.step, 0), frames.count - 1);
-  const k = Math.min(Math.floor(place), Math.max(frames.count - 2, 0)), f = place - k, found = [];
+  const k = Math.min(Math.floor(place), Math.max(frames.count - 2, 0)), f = place - k, interpolated = [];
   for (let i = 0; i < width; i++) {
     const a = values[k * width + i], b = frames.count > 1 ? values[(k + 1) * width + i] : a;
-    found.push(a + f * (b - a));
+    interpolated.push(a + f * (b - a));
   }
-  return found;
+  return interpolated;
 }
 
 // payload at t [kg]: of the frame before it, since it comes at once

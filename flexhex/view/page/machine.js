@@ -228,12 +228,12 @@ class Mechanism {
 
   // bodies for these angles; false where the mechanism cannot take them
   place(theta) {
-    let found = bodies(this.machine, this.neutral, theta, this.near);
-    if (!found.fits) { found = bodies(this.machine, this.neutral, theta, this.home(this.machine)); }
-    if (!found.fits) { this.near = this.home(this.machine); return false; }
-    this.near = found;
+    let solved = bodies(this.machine, this.neutral, theta, this.near);
+    if (!solved.fits) { solved = bodies(this.machine, this.neutral, theta, this.home(this.machine)); }
+    if (!solved.fits) { this.near = this.home(this.machine); return false; }
+    this.near = solved;
     const h = this.h, up = new THREE.Vector3(0, 1, 0);
-    found.arms.forEach((arm, i) => {
+    solved.arms.forEach((arm, i) => {
       this.uppers[i].quaternion.copy(quaternion(arm.turn));
       const begin = vec.add(arm.Q, vec.scale(arm.rod, h)), end = vec.sub(arm.P, vec.scale(arm.rod, h));
       const group = this.lowers[i], length = this.machine.l - 2 * h;
@@ -244,8 +244,8 @@ class Mechanism {
       this.bend(this.flexures[i][0], vec.sub(arm.Q, vec.scale(arm.rodB, h)), begin, arm.rodB, arm.rod);
       this.bend(this.flexures[i][1], end, vec.add(arm.P, vec.scale(arm.rodE, h)), arm.rod, arm.rodE);
     });
-    this.platform.position.copy(vector(found.x));
-    this.platform.quaternion.copy(quaternion(found.lam));
+    this.platform.position.copy(vector(solved.x));
+    this.platform.quaternion.copy(quaternion(solved.lam));
     return true;
   }
 

@@ -67,7 +67,7 @@ class Plots {
 
   // lines of a chart: of every run that has the signal the chosen columns
   lines(chart) {
-    const found = [];
+    const lines = [];
     const listed = [[chart.name, ""], ...(BESIDE[chart.name] ?? [])];
     DATA.runs.flatMap((run, r) => listed.map(([name, word]) => [run, r, name, word])).forEach(([run, r, name, word]) => {
       const signal = signalOf(run, name);
@@ -78,10 +78,10 @@ class Plots {
         const colour = seen(DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length]);
         const label = [(column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, ""), word].filter(Boolean).join(" ");
         const dash = word ? DASHES[1] : six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
-        found.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.units[i], count: signal.columns.length });
+        lines.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.units[i], count: signal.columns.length });
       });
     });
-    return found;
+    return lines;
   }
 
   // factor and prefix that fit the largest value: [1e-3, "m"]
@@ -187,7 +187,7 @@ class Plots {
 
   // of every pixel column that has a point: lowest, highest, whether the lowest comes first
   columns(points, first, last, x) {
-    const found = [];
+    const extremes = [];
     for (let k = first; k <= last;) {
       const column = Math.floor(x(k));
       let low = k, high = k;
@@ -195,9 +195,9 @@ class Plots {
         if (!(points[k] >= points[low])) { low = Number.isFinite(points[k]) ? k : low; }
         if (!(points[k] <= points[high])) { high = Number.isFinite(points[k]) ? k : high; }
       }
-      if (Number.isFinite(points[low])) { found.push([column, points[low], points[high], low <= high]); }
+      if (Number.isFinite(points[low])) { extremes.push([column, points[low], points[high], low <= high]); }
     }
-    return found;
+    return extremes;
   }
 
   // a bar for each column, which reaches to that of the column before

@@ -7,8 +7,8 @@ const SAMPLES = 60;  // instants that the size of a machine is taken from
 
 // frames {x, q} of all joints, moved by theta (n): quaternions scalar first, body to world
 function treeFrames(joints, theta) {
-  const found = new Array(joints.length);
-  const frame = k => found[k] ??= (() => {
+  const frames = new Array(joints.length);
+  const frame = k => frames[k] ??= (() => {
     const joint = joints[k], on = joint.parent < 0 ? { x: [0, 0, 0], q: [1, 0, 0, 0] } : frame(joint.parent);
     const q = quat.multiply(on.q, joint.turn), x = vec.add(on.x, quat.turn(on.q, joint.at));
     return joint.turns
@@ -16,7 +16,7 @@ function treeFrames(joints, theta) {
       : { x: vec.add(x, quat.turn(q, vec.scale(joint.axis, theta[k]))), q };
   })();
   joints.forEach((_, k) => frame(k));
-  return found;
+  return frames;
 }
 
 // joints and free ends of a tree (n points)

@@ -9,15 +9,15 @@ function still() {
   stage.draw();
   const from = byId("machine"), names = [...byId("names").children], ratio = from.width / from.clientWidth;
   const [top, bottom] = drawnRows(from), room = ratio * AROUND, text = names.length ? ratio * 2 * LETTERS : 0;
-  const made = Object.assign(document.createElement("canvas"), { width: from.width, height: bottom - top + 2 * room + text });
-  const context = made.getContext("2d");
+  const still = Object.assign(document.createElement("canvas"), { width: from.width, height: bottom - top + 2 * room + text });
+  const context = still.getContext("2d");
   context.drawImage(from, 0, room - top);
   Object.assign(context, { font: `600 ${ratio * LETTERS}px system-ui, sans-serif`, textAlign: "center", textBaseline: "bottom" });
   names.forEach((name, k) => {
     context.fillStyle = DATA.runs[k].colour;
-    context.fillText(name.textContent, (k + 0.5) / names.length * made.width, made.height);
+    context.fillText(name.textContent, (k + 0.5) / names.length * still.width, still.height);
   });
-  return made.toDataURL();
+  return still.toDataURL();
 }
 
 // first and last row of a canvas on which something is drawn
