@@ -40,8 +40,8 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.simulation.builder import Builder
 from flexhex.ssp import results
 from flexhex.ssp.executor import Parameters, run
-from flexhex.ssp.plan import Progress
 from flexhex.ssp.results import Result
+from flexhex.ssp.schedule import Progress
 from flexhex.ssp.signals import DEFAULT
 from flexhex.trajectory import variant
 

@@ -16,10 +16,10 @@ from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError, UsageError
 from flexhex.ssp import library
 from flexhex.ssp.parameters import Value, number_for
-from flexhex.ssp.plan import Plan, Progress
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.results import Result
-from flexhex.ssp.signals import Signal, arrays, select
+from flexhex.ssp.schedule import Progress, Schedule
+from flexhex.ssp.signals import LoggedVariable, arrays, select
 from flexhex.ssp.wiring import unknown
 
 Parameters = Mapping[str, Value | Sequence[Value]]
@@ -52,16 +52,16 @@ def run(
     overrides = _overrides(package, parameters or {})
     c = library.load(cache)
     with tempfile.TemporaryDirectory(prefix="flexhex-") as folder:
-        plan = Plan(package, overrides, select(package, signals), Path(folder))
+        schedule = Schedule(package, overrides, select(package, signals), Path(folder))
         begin = time.perf_counter()
-        plan.execute(c, n_steps, progress, timing)
+        schedule.execute(c, n_steps, progress, timing)
         wall = time.perf_counter() - begin
     meta: dict[str, str | int | float] = {"ssp": Path(ssp_path).name, "base_step": package.base}
     meta["sha256 ssp"] = hashlib.sha256(read_bytes(ssp_path)).hexdigest()
     meta |= {f"sha256 {Path(i.source).name}": i.fmu.sha256 for i in package.instances}
     for name, values in overrides.items():
         meta |= {f"parameter {name}.{key}": value for key, value in values.items()}
-    return Result(plan.groups(), plan.times, n_steps * package.base, wall, meta)
+    return Result(schedule.groups(), schedule.times, n_steps * package.base, wall, meta)
 
 
 def _base_steps(duration: float, base: float) -> int:
@@ -86,7 +86,7 @@ def _overrides(package: Package, parameters: Parameters) -> dict[str, dict[str, 
             raise UsageError(f"parameter {text!r}: {unknown('component', component, overrides)}")
         fmu = package.instance(component).fmu
         variables = fmu.of("parameter")
-        known = arrays(variables) | {v.name: Signal(v.name, (v,)) for v in variables}
+        known = arrays(variables) | {v.name: LoggedVariable(v.name, (v,)) for v in variables}
         if name not in known:
             raise UsageError(f"parameter {text!r}: in {component} {unknown('name', name, known)}")
         scalars = known[name].scalars

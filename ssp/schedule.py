@@ -19,7 +19,7 @@ from flexhex.ssp.fmu import FmuVariable, binary_path
 from flexhex.ssp.memory import check_memory
 from flexhex.ssp.read import Instance, Package, period
 from flexhex.ssp.results import Array, FmuTime, Group, rate_name
-from flexhex.ssp.signals import Signal
+from flexhex.ssp.signals import LoggedVariable
 
 TYPES = (("Real",), ("Integer", "Enumeration"), ("Boolean",))
 """What the executor passes by one function of FMI, in the order of its variables."""
@@ -27,14 +27,14 @@ Progress = Callable[[float, float], None]
 _CATEGORIES = ("logStatusError", "logStatusDiscard", "logStatusWarning")
 
 
-class Plan:
+class Schedule:
     """The schedule as the C executor wants it; keeps alive what its structures point to."""
 
     def __init__(
         self,
         package: Package,
         overrides: Mapping[str, dict[str, float]],
-        logged: Mapping[str, list[Signal]],
+        logged: Mapping[str, list[LoggedVariable]],
         folder: Path,
     ) -> None:
         self.package = package
@@ -95,9 +95,9 @@ class Plan:
             categories=self._array(ctypes.c_char_p, categories),
         )
 
-    def _columns(self) -> dict[int, list[tuple[str, Signal]]]:
+    def _columns(self) -> dict[int, list[tuple[str, LoggedVariable]]]:
         """Logged signals by period."""
-        columns: dict[int, list[tuple[str, Signal]]] = {}
+        columns: dict[int, list[tuple[str, LoggedVariable]]] = {}
         for name, signals in self.logged.items():
             if signals:
                 columns.setdefault(self.periods[name], []).extend((name, s) for s in signals)

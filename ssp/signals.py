@@ -17,7 +17,7 @@ LARGE = {"x", "xd", "xdd", "chi_f", "p", "p_std"}
 
 
 @dataclass(frozen=True)
-class Signal:
+class LoggedVariable:
     """A variable to log: `theta` with its scalars in order, or one scalar alone."""
 
     name: str
@@ -40,7 +40,7 @@ class Signal:
         return tuple(v.name.removeprefix(self.name) for v in self.scalars)
 
 
-def arrays(variables: Iterable[FmuVariable]) -> dict[str, Signal]:
+def arrays(variables: Iterable[FmuVariable]) -> dict[str, LoggedVariable]:
     """Variables by array name; the elements of an array become one, in order of their index."""
     members: dict[str, dict[str, FmuVariable]] = {}
     for variable in variables:
@@ -49,24 +49,24 @@ def arrays(variables: Iterable[FmuVariable]) -> dict[str, Signal]:
     for name, parts in members.items():
         indexed = [f"{name}{k}" for k in indices(len(parts))]
         order = indexed if set(indexed) == set(parts) else list(parts)
-        signals[name] = Signal(name, tuple(parts[element] for element in order))
+        signals[name] = LoggedVariable(name, tuple(parts[element] for element in order))
     return signals
 
 
-def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[Signal]]:
+def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[LoggedVariable]]:
     """Signals to log by component.
 
     wanted: `plant` (all its outputs), `plant.theta`, `plant.x_E.z`, `default` (all but the
     large arrays); None is `default`. Raises UsageError for a name that is no output.
     """
-    chosen: dict[str, dict[str, Signal]] = {i.name: {} for i in package.instances}
+    chosen: dict[str, dict[str, LoggedVariable]] = {i.name: {} for i in package.instances}
     for text in [DEFAULT] if wanted is None else wanted:
         for instance, signal in _find(package, text):
             chosen[instance][signal.name] = signal
     return {name: list(signals.values()) for name, signals in chosen.items()}
 
 
-def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
+def _find(package: Package, text: str) -> list[tuple[str, LoggedVariable]]:
     outputs = {i.name: arrays(_outputs(i)) for i in package.instances}
     if text == DEFAULT:
         return [(i, s) for i, all_ in outputs.items() for s in all_.values() if s.name not in LARGE]
@@ -81,7 +81,7 @@ def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
     for signal in known.values():
         for variable in signal.scalars:
             if variable.name == name:
-                return [(component, Signal(name, (variable,)))]
+                return [(component, LoggedVariable(name, (variable,)))]
     names = [*known, *(v.name for signal in known.values() for v in signal.scalars)]
     raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, names)}")
 

@@ -20,7 +20,7 @@ NAME = "controller"
 
 
 @dataclass(frozen=True)
-class Part:
+class ContainedFmu:
     """One FMU in the container: instance name and the bytes of an .fmu made by fmugen."""
 
     name: str
@@ -89,14 +89,14 @@ class Container:
     the container's by name -> (part, variable), a whole array or a scalar.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ContainedFmu, ...]
     links: tuple[Link, ...]
     inputs: tuple[Variable, ...]
     outputs: Mapping[str, tuple[str, str]]
     description: str
     base: float
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str) -> ContainedFmu:
         """The part of that name."""
         return next(p for p in self.parts if p.name == name)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flexhex.fmugen.container_parts import Container, Part
+from flexhex.fmugen.container_parts import ContainedFmu, Container
 from flexhex.fmugen.sources import number
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Variable
@@ -109,7 +109,7 @@ def _rows(container: Container, sizes: Mapping[str, int]) -> tuple[list[str], in
 
 def _feeds(
     container: Container,
-    part: Part,
+    part: ContainedFmu,
     bus: Mapping[tuple[str | None, str], int],
     outside: Mapping[tuple[str | None, str], int],
 ) -> list[str]:

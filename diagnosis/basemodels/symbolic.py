@@ -19,7 +19,7 @@ from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.inverse.equations import Torque
 
 Array = NDArray[np.float64]
-Columns = Callable[[Any, Any, Any], Any]
+ColumnsFunction = Callable[[Any, Any, Any], Any]
 SAME = 1e-9
 """Difference of expression and numbers, relative to the largest torque, that rounding makes."""
 PROBES = 16
@@ -38,7 +38,7 @@ def symbolic_torque(base: Base, name: str) -> Torque:
 
 
 def _traced(base: Base, name: str) -> Torque:
-    columns: Columns | None = getattr(base, "traceable", None)
+    columns: ColumnsFunction | None = getattr(base, "traceable", None)
     if columns is None:
         raise MachineError(f"{name}: cannot be compiled: no expression of it is known")
 

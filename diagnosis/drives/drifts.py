@@ -32,7 +32,7 @@ from flexhex.diagnosis.selection.firm import firm
 from flexhex.diagnosis.selection.form import mean_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
-    Columns,
+    ColumnsByAxis,
     NamelessHypothesis,
     nameless,
 )
@@ -93,7 +93,7 @@ def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
         np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
         for k, block in enumerate(rows.model.blocks)
     ]
-    columns = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
+    columns = ColumnsByAxis({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
     return nameless(axis, "offsets", columns, (np.eye(count),))
 
 
@@ -109,7 +109,7 @@ def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
         np.stack([np.interp(clock - min(ends), knots, hat) for hat in hats], axis=1)
         for clock in clocks
     ]
-    columns = Columns({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
+    columns = ColumnsByAxis({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
     far = np.minimum.outer(knots, knots) / knots[-1]
     return nameless(axis, "walk", columns, (np.linalg.cholesky(far + FIRM * np.eye(len(knots))),))
 

@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Geometry, Known, Motion
 from flexhex.diagnosis.kinds import Kinds, units_of
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
@@ -99,17 +99,17 @@ def driven(runs: Sequence[Run], lag: float) -> list[Run]:
     return [_driven(run, replace(command, t0=command.t0 + lag)) for run, command in listed]
 
 
-def _driven(run: Run, command: Signal) -> Run:
+def _driven(run: Run, command: TimeSeries) -> Run:
     """Both torques as means about the joints' instants: a command that is held has no instants
     of its own, and samples of it come half a hold too early."""
     m = run.motion
     (commanded, known), (reported, heard) = (_at(signal, m) for signal in (command, run.tau))
     motion = Driven(m.t0, m.ts, m.theta, m.thetad, m.thetadd, commanded, reported)
     valid = run.valid & known & heard
-    return replace(run, motion=motion, valid=valid, tau=Signal(m.t0, m.ts, commanded, valid))
+    return replace(run, motion=motion, valid=valid, tau=TimeSeries(m.t0, m.ts, commanded, valid))
 
 
-def _at(signal: Signal, motion: Motion) -> tuple[Array, NDArray[np.bool_]]:
+def _at(signal: TimeSeries, motion: Motion) -> tuple[Array, NDArray[np.bool_]]:
     """Means (samples, n) about the instants of a motion, and where they are known.
 
     Straight lines elsewhere: a hole would be a jump in the rates of its neighbours.

@@ -25,7 +25,7 @@ from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.planning.experiment import Limits, make
 from flexhex.diagnosis.planning.trajectory import Trajectory
 from flexhex.diagnosis.regression.gram import safe_inverse
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.fmus.common.effects import Experiment
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ def _information(identified: Identified, motion: Trajectory) -> Array:
     rate, acceleration = differences(theta, motion.ts)
     moved = Motion(0.0, motion.ts, theta[1:-1], rate, acceleration)
     valid = np.ones(len(rate), dtype=bool)
-    run = Run("next", "next", moved, valid, Signal(0.0, motion.ts, np.zeros_like(rate), valid))
+    run = Run("next", "next", moved, valid, TimeSeries(0.0, motion.ts, np.zeros_like(rate), valid))
     there = identified.estimated.along([run]).regression
     return there.gram[0]
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.estimation.motion import Columns, MotionModel, motion_model
+from flexhex.diagnosis.estimation.motion import MotionModel, SparseRegressor, motion_model
 from flexhex.diagnosis.estimation.plausible import listed_names, moving, plausible
 from flexhex.diagnosis.estimation.rows import parts, row_step
 from flexhex.diagnosis.logs import Log
@@ -57,7 +57,7 @@ class Fit:
     covariance: Array | None = field(default=None, repr=False)
 
 
-def regression(model: MotionModel, log: Log, settle: float) -> tuple[Columns, Array]:
+def regression(model: MotionModel, log: Log, settle: float) -> tuple[SparseRegressor, Array]:
     """Smoothed columns and torque (samples, n) of one log, its first `settle` s left out."""
     (rows,) = parts(model, log, settle, part=len(log.theta))
     return rows.columns, rows.tau
@@ -84,12 +84,15 @@ def fit(
     model = motion_model(machine)
     thin = spacing(machine, logs)
     R = np.zeros((0, model.model.n_p + 1))
-    kept: list[tuple[Columns, Array]] = []
+    kept: list[tuple[SparseRegressor, Array]] = []
     for log in logs:
         for rows in parts(model, log, settle, every=thin(log)):
             chosen = np.flatnonzero(rows.usable)
             c = rows.columns
-            picked, tau = Columns(c.values[chosen], c.rows, c.cols, c.shape), rows.tau[chosen]
+            picked, tau = (
+                SparseRegressor(c.values[chosen], c.rows, c.cols, c.shape),
+                rows.tau[chosen],
+            )
             if len(chosen):
                 block = np.column_stack([picked.stacked(1), tau.reshape(-1)])
                 R = np.asarray(np.linalg.qr(np.vstack([R, block]), mode="r"))
@@ -119,7 +122,7 @@ def spacing(machine: Machine, logs: Sequence[Log]) -> Callable[[Log], int]:
 
 
 def _beside_file(
-    machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]], tolerance: float
+    machine: Machine, R: Array, kept: Sequence[tuple[SparseRegressor, Array]], tolerance: float
 ) -> Array:
     """The triangle R with a row for every value of the machine file, in the noise of the others."""
     file, floors = base_parameters(machine), [par.floor for par in parameters(machine)]
@@ -151,7 +154,7 @@ def correlation_time(residual: Array) -> float:
     return float(np.mean(totals))
 
 
-def _solve(machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]]) -> Fit:
+def _solve(machine: Machine, R: Array, kept: Sequence[tuple[SparseRegressor, Array]]) -> Fit:
     """p from the triangle R (n_p + 1, n_p + 1) of [Phi tau]; kept: the rows, for the residual."""
     triangle, size = _normalised(R)
     rhs, condition = R[: len(size), -1], float(np.linalg.cond(triangle))
@@ -174,7 +177,7 @@ def _solve(machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]]) ->
     return Fit(p, std, rms, condition, residual.size, loose, warnings, covariance)
 
 
-def predicted(columns: Columns, p: Array) -> Array:
+def predicted(columns: SparseRegressor, p: Array) -> Array:
     """Phi p (samples, n) [N m]."""
     tau = np.zeros((len(columns.values), columns.shape[0]))
     for joint in range(columns.shape[0]):

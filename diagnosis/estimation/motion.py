@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Columns:
+class SparseRegressor:
     """Model columns along a log: values (samples, nonzeros) of Phi's structural nonzeros.
 
     rows, cols: where each nonzero stands in Phi (n, n_p). `shape` is Phi's.
@@ -142,7 +142,7 @@ class MotionModel:
         thetad: Array,
         thetadd: Array,
         effects: Array | None = None,
-    ) -> Columns:
+    ) -> SparseRegressor:
         """Model columns at every sample; all arguments (samples, n).
 
         effects (samples, n_gains): columns of the machine's effects there, none of them acts
@@ -153,7 +153,7 @@ class MotionModel:
         x = self.close(theta)
         xd, xdd = self.rates(x, thetad, thetadd)
         (values,) = self._phi(x, xd, xdd, z, effects)
-        return Columns(values, self._rows, self._cols, self._shape)
+        return SparseRegressor(values, self._rows, self._cols, self._shape)
 
 
 @lru_cache(maxsize=4)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.motion import (
-    Columns,
     MotionModel,
+    SparseRegressor,
     dahl_states,
     differences,
     smooth,
@@ -41,7 +41,7 @@ EDGE = 2
 
 
 @dataclass(frozen=True)
-class Motion:
+class ResampledLog:
     """Angles and torques of a log at the feedforward's rate or its own, from `first` on.
 
     time (samples,) [s]; theta, thetad, thetadd, tau (samples, n); z (samples, n) Dahl states; valid
@@ -67,13 +67,13 @@ class Rows:
     usable (rows,): nothing under the window was filled, clipped or before settling.
     """
 
-    columns: Columns
+    columns: SparseRegressor
     tau: Array
     time: Array
     usable: Mask
 
 
-def motion(machine: Machine, log: Log, settle: float) -> Motion:
+def motion(machine: Machine, log: Log, settle: float) -> ResampledLog:
     """A log at the feedforward's rate, or its own where that is slower. LogError when it does not
     fit the machine or is short."""
     checked(machine, log)
@@ -99,7 +99,7 @@ def motion(machine: Machine, log: Log, settle: float) -> Motion:
     z = dahl_states(hysteresis_filter(theta, angle_noise(theta)), machine.actuator.sigma)
     inner = rates(machine, theta, ts)
     thetad, thetadd = (np.concatenate([v[:1], v, v[-1:]]) for v in inner)
-    return Motion(
+    return ResampledLog(
         clock.time[::stride], theta, thetad, thetadd, torque[::stride], z, kept, ts, first
     )
 
@@ -200,7 +200,9 @@ def parts(
         yield _part(model, moved, effects, window, range(begin, min(begin + part, total), every))
 
 
-def _part(model: MotionModel, moved: Motion, effects: Array, window: Array, wanted: range) -> Rows:
+def _part(
+    model: MotionModel, moved: ResampledLog, effects: Array, window: Array, wanted: range
+) -> Rows:
     points, every = len(window), wanted.step
     low, high = moved.first + wanted.start, moved.first + wanted.stop + points - 1
     around, cut = slice(low - 1, high + 1), slice(low, high)
@@ -210,7 +212,7 @@ def _part(model: MotionModel, moved: Motion, effects: Array, window: Array, want
     # row k sees the samples k - 1 to k + points of this part, with the stencils
     usable = bad[points + 2 :] == bad[: -(points + 2)]
     middle = moved.time[low + (points - 1) // 2 :][: len(usable)]
-    columns = Columns(smooth(raw.values, window, every), raw.rows, raw.cols, raw.shape)
+    columns = SparseRegressor(smooth(raw.values, window, every), raw.rows, raw.cols, raw.shape)
     tau = smooth(moved.tau[cut], window, every)
     return Rows(columns, tau, middle[::every], usable[::every])
 

@@ -43,7 +43,7 @@ class Extended:
 
 
 @dataclass(frozen=True)
-class Part:
+class AxisEstimates:
     """An effect on one axis (0: the whole machine): its estimates by plain name."""
 
     axis: int
@@ -53,14 +53,14 @@ class Part:
         """Values of its shapes in the library's order."""
         return tuple(self.estimates[shape.name].value for shape in effect.shapes)
 
-    def plus(self, other: Part, effect: Effect) -> Part:
+    def plus(self, other: AxisEstimates, effect: Effect) -> AxisEstimates:
         """The same effect with the gains of both."""
         both = dict(self.estimates)
         for gain in effect.gains:
             a, b = self.estimates[gain.name], other.estimates[gain.name]
             ci = (a.ci95[0] + b.ci95[0], a.ci95[1] + b.ci95[1])
             both[gain.name] = Estimate(a.value + b.value, ci, a.unit)
-        return Part(self.axis, both)
+        return AxisEstimates(self.axis, both)
 
 
 def extended_file(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Path:
@@ -107,9 +107,9 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
 def _entries(named: Named, known: list[Entry]) -> tuple[list[Entry], list[str]]:
     """Entries of one effect, one for each shape, beside what does not fit; `known` ones grow."""
     effect, refused = library()[named.id], []
-    by_shape: dict[tuple[float, ...], dict[int, Part]] = {}
+    by_shape: dict[tuple[float, ...], dict[int, AxisEstimates]] = {}
     for axis, estimates in named.parts:
-        part = Part(axis, {**estimates, **_bounded(effect, estimates)})
+        part = AxisEstimates(axis, {**estimates, **_bounded(effect, estimates)})
         trouble = _trouble(effect, part)
         if trouble:
             refused.append(trouble)
@@ -131,11 +131,11 @@ def _bounded(effect: Effect, estimates: Mapping[str, Estimate]) -> dict[str, Est
     return bounded
 
 
-def _axis(part: Part) -> int:
+def _axis(part: AxisEstimates) -> int:
     return part.axis
 
 
-def _trouble(effect: Effect, part: Part) -> str:
+def _trouble(effect: Effect, part: AxisEstimates) -> str:
     """Why a machine file cannot hold an effect, or nothing."""
     values = {name: estimate.value for name, estimate in part.estimates.items()}
     where = f"{effect.id} on axis {part.axis}" if part.axis else effect.id
@@ -146,7 +146,7 @@ def _trouble(effect: Effect, part: Part) -> str:
     return ""
 
 
-def _grown(known: list[Entry], effect: Effect, part: Part) -> bool:
+def _grown(known: list[Entry], effect: Effect, part: AxisEstimates) -> bool:
     """Whether the machine has the effect with this shape on this axis: its gains grow."""
     for entry in known:
         axes = entry.get("axes", [0])
@@ -167,7 +167,7 @@ def _grown(known: list[Entry], effect: Effect, part: Part) -> bool:
     return False
 
 
-def _entry(named: Named, effect: Effect, parts: Sequence[Part]) -> Entry:
+def _entry(named: Named, effect: Effect, parts: Sequence[AxisEstimates]) -> Entry:
     note = f"share of the repeatable residual that it explains: {named.share:.2f}"
     if not math.isfinite(named.share):
         note = "named by a diagnosis"

@@ -37,7 +37,7 @@ from flexhex.fmus.reference.equations import (
 from flexhex.numeric.library import loaded, pointer
 
 Array = NDArray[np.float64]
-Motion = tuple[Array, Array, Array]
+Setpoints = tuple[Array, Array, Array]
 """r, rd, rdd, each (samples, n)."""
 _UNIFORMS = """
 void uniforms(double seed, long count, double *values) {
@@ -144,7 +144,7 @@ def make(spec: Experiment, limits: Limits, ts: float = 0.25e-3, name: str = "nex
     return Trajectory(name, ts, np.round(moved, 10), meta, limits.kinds)
 
 
-def _scaled(unit: Motion, wanted: Array, limits: Limits) -> Motion:
+def _scaled(unit: Setpoints, wanted: Array, limits: Limits) -> Setpoints:
     """A motion of amplitude one (samples, n) as large as wanted and allowed."""
     _, rate, change = (np.maximum(np.abs(v).max(axis=0), 1e-300) for v in unit)
     bounds = [wanted, USED * limits.speed / rate, USED * limits.acceleration / change]
@@ -153,7 +153,7 @@ def _scaled(unit: Motion, wanted: Array, limits: Limits) -> Motion:
     return r, rd, rdd
 
 
-def _random(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Motion:
+def _random(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Setpoints:
     """Setpoints within +-amplitude, one each period, the last one zero."""
     steps, n = round(given["period"] / ts), len(wanted)
     moves = max(2, int(given["duration"] / given["period"] + 1e-9))
@@ -168,7 +168,7 @@ def _random(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float
     return _scaled((r, rd, rdd), wanted, limits)
 
 
-def _triangle(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Motion:
+def _triangle(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Setpoints:
     """Whole cycles at one speed; slower where the corners have no room, smaller where one cycle
     would take more than LONGEST durations."""
     rounding = np.minimum(given["rounding"] * limits.size, USED * limits.acceleration)
@@ -193,7 +193,7 @@ def _triangle(given: Mapping[str, float], wanted: Array, limits: Limits, ts: flo
     return r, rd, rdd
 
 
-def _multisine(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Motion:
+def _multisine(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Setpoints:
     """Mean of sines with phases of their own on every axis, faded in and out."""
     phases = 2 * np.pi * uniform(int(given["seed"]), len(wanted) * MAX_SINES)
     t, time = ca.SX.sym("t"), ts * np.arange(round(given["duration"] / ts))
@@ -205,7 +205,7 @@ def _multisine(given: Mapping[str, float], wanted: Array, limits: Limits, ts: fl
     return _scaled((r, rd, rdd), wanted, limits)
 
 
-def _chirp(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Motion:
+def _chirp(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Setpoints:
     """One sine of rising frequency on all axes, faded in and out."""
     t, T = ca.SX.sym("t"), ca.SX(given["duration"])
     sweep = fading(t, T, ca.SX(given["fade"])) * chirp(t, T, ca.SX(given["f0"]), ca.SX(given["f1"]))

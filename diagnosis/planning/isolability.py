@@ -21,7 +21,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.gram import ABSORBED
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.regression.regression import Columns, Regression
-from flexhex.diagnosis.runs.blocks import Run, Signal, blocks
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
 from flexhex.diagnosis.runs.differences import motion_of
 from flexhex.diagnosis.runs.noise import Noise
 from flexhex.diagnosis.runs.runs import FASTEST
@@ -123,8 +123,8 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
         step = max(1, round(FASTEST / t.ts))
         r = t.r[::step]
         whole = np.ones(len(r), dtype=bool)
-        motion = motion_of(Signal(0.0, step * t.ts, r, whole), None)
-        tau = Signal(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
+        motion = motion_of(TimeSeries(0.0, step * t.ts, r, whole), None)
+        tau = TimeSeries(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
         runs.append(Run(t.name, f"{t.name} {k}", motion, whole[2:-2], tau))
     n = base.n
     noise = Noise.even(n, NOISE)

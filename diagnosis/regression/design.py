@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Part = slice | Index
+RowSelection = slice | Index
 ALL = slice(None)
 
 
@@ -76,7 +76,7 @@ class Design:
             first += other
         return np.asarray(first)
 
-    def pulled(self, axis: int, values: Array, part: Part = ALL) -> Array:
+    def pulled(self, axis: int, values: Array, part: RowSelection = ALL) -> Array:
         """X^T values (width, ...) of some rows of an axis."""
         products = np.zeros((self.width, *values.shape[1:]))
         for places, own in self.pieces[axis]:

@@ -27,7 +27,7 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Gain:
+class GainEstimate:
     """Gains beta (k,) of columns with their covariance, robust to errors that go together within a
     cluster. lost (k,): columns that do not repeat, or that the base takes up: the rows say nothing
     of their gains, and their covariance is none. own (k, k): products of the columns without what
@@ -174,7 +174,7 @@ class Regression:
         beta = np.linalg.solve(safe_gram(own - cross.T @ self.solve(cross), own), c)
         return float(c @ beta), np.asarray(beta)
 
-    def gain(self, columns: Columns) -> Gain:
+    def gain(self, columns: Columns) -> GainEstimate:
         """Gains of columns beside the base model, and how sure they are."""
         rows, C = self.layout.rows(columns.axis), columns.values
         _, beta = self.fall(columns)
@@ -189,7 +189,7 @@ class Regression:
         S = own - cross.T @ moved
         alone, lost = safe_gram(S, own), ~is_left(S, own)
         covariance = self._covariance(clean, other, ideas, inverted(alone), beta)
-        return Gain(beta, covariance, lost, alone)
+        return GainEstimate(beta, covariance, lost, alone)
 
     def _covariance(self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array) -> Array:
         """Cluster-robust covariance of beta (k, k).

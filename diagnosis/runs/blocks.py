@@ -30,7 +30,7 @@ LEAST, JUDGED = 200, 50
 
 
 @dataclass(frozen=True)
-class Signal:
+class TimeSeries:
     """Values (samples, n) at t0 + k ts [s]; valid (samples,)."""
 
     t0: float
@@ -54,8 +54,8 @@ class Run:
     trajectory: str
     motion: Motion
     valid: Mask
-    tau: Signal
-    command: Signal | None = None
+    tau: TimeSeries
+    command: TimeSeries | None = None
     shift: float = 0.0
     start: float = 0.0
     payload: float = 0.0

@@ -11,7 +11,7 @@ from flexhex.diagnosis import stencils
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.logs import Channel
 from flexhex.diagnosis.reversals import angle_noise
-from flexhex.diagnosis.runs.blocks import Signal
+from flexhex.diagnosis.runs.blocks import TimeSeries
 from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ BLENDED = 0.1
 
 
 def motion_of(
-    theta: Signal, rates: Channel | None = None, accelerations: Channel | None = None
+    theta: TimeSeries, rates: Channel | None = None, accelerations: Channel | None = None
 ) -> Motion:
     """All but two samples at either end; rates and accelerations from their own channels where
     there are any.

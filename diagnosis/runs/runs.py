@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
 from flexhex.fmus.common.errors import LogError
 
@@ -87,7 +87,7 @@ def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
     for first, end in _whole_stretches(angles):
         part = _cut(angles, first, end)
         step = max(1, round(FASTEST / part.ts))
-        thin = Signal(part.t0, step * part.ts, part.values[::step], part.valid[::step])
+        thin = TimeSeries(part.t0, step * part.ts, part.values[::step], part.valid[::step])
         if len(thin.values) < FEWEST:
             continue
         better = {name: c for name, c in log.channels.items() if name not in log.unused}
@@ -153,22 +153,22 @@ def _whole_stretches(channel: Channel) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise(edges) if b > a]
 
 
-def _cut(channel: Channel, start: int, end: int) -> Signal:
+def _cut(channel: Channel, start: int, end: int) -> TimeSeries:
     t0 = float(channel.time[start])
-    return Signal(t0, channel.ts, channel.values[start:end], channel.valid[start:end])
+    return TimeSeries(t0, channel.ts, channel.values[start:end], channel.valid[start:end])
 
 
-def _signal(channel: Channel, beside: Signal) -> Signal:
+def _signal(channel: Channel, beside: TimeSeries) -> TimeSeries:
     """The stretch of a channel that lies beside angles without a jump of the clock."""
     first = beside.t0 - channel.ts
     last = beside.t0 + beside.ts * len(beside.values) + channel.ts
-    best: Signal | None = None
+    best: TimeSeries | None = None
     for start, end in _whole_stretches(channel):
         part = _cut(channel, start, end)
         a = max(0, int(np.floor((first - part.t0) / part.ts)))
         b = min(len(part.values), int(np.ceil((last - part.t0) / part.ts)) + 1)
         if b > a and (best is None or b - a > len(best.values)):
-            best = Signal(part.t0 + a * part.ts, part.ts, part.values[a:b], part.valid[a:b])
+            best = TimeSeries(part.t0 + a * part.ts, part.ts, part.values[a:b], part.valid[a:b])
     return best or _cut(channel, 0, len(channel.values))
 
 

@@ -15,7 +15,7 @@ from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
-    Columns,
+    ColumnsByAxis,
     EffectHypothesis,
     HeavierBody,
     NamelessHypothesis,
@@ -156,11 +156,11 @@ class Hypotheses:
             known=known,
         )
 
-    def columns(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> Columns:
+    def columns(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> ColumnsByAxis:
         """Columns of one shape of an effect."""
         thin = self._thin(effect.id, effect.axis, shape)
         raw = {i: self.rows.raw(own) for i, own in thin.items()}
-        return Columns(raw, self._white(effect.id, effect.axis, [shape]))
+        return ColumnsByAxis(raw, self._white(effect.id, effect.axis, [shape]))
 
     def _thin(
         self, name: str, axis: Axis, shape: Mapping[str, float]
@@ -218,6 +218,6 @@ class Hypotheses:
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
         """What an axis may have without a name."""
         return [
-            nameless(axis, f.argument, Columns({axis: f.raw}, {axis: f.white}), f.ways)
+            nameless(axis, f.argument, ColumnsByAxis({axis: f.raw}, {axis: f.white}), f.ways)
             for f in generic(self.rows, axis)
         ]

@@ -22,7 +22,7 @@ AGAIN = 1.0
 
 
 @dataclass(frozen=True)
-class Columns:
+class ColumnsByAxis:
     """Columns (R, k) of one shape on each axis that feels them, per unit of its gains: raw [N m],
     white the same whitened."""
 
@@ -224,7 +224,7 @@ Hypothesis = EffectHypothesis | ChangedParameter | Payload
 
 
 def nameless(
-    axis: Axis, argument: str, columns: Columns, ways: tuple[Array, ...]
+    axis: Axis, argument: str, columns: ColumnsByAxis, ways: tuple[Array, ...]
 ) -> NamelessHypothesis:
     """Something without a name from its columns (R, k) on an axis or on several."""
     felt, count = tuple(columns.raw), next(iter(columns.raw.values())).shape[1]

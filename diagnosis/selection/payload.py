@@ -26,7 +26,7 @@ from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
-    Columns,
+    ColumnsByAxis,
     Payload,
     nameless,
 )
@@ -93,14 +93,14 @@ def _calibrated(model: Calibrated, levels: Levels) -> Calibrated:
     return recalibrated(model, blocks)
 
 
-def _apart(rows: Rows, count: int) -> tuple[Rows, Columns]:
+def _apart(rows: Rows, count: int) -> tuple[Rows, ColumnsByAxis]:
     """Rows without the last `count` columns of the base model, and these."""
     kept, own = np.arange(rows.nb - count), rows.nb - count + np.arange(count)
     without = replace(
         rows, B=rows.B.only(kept), white_B=rows.white_B.only(kept), prior=rows.prior[:-count]
     )
     raw, white = ({i: B.at(i, own) for i in range(rows.n)} for B in (rows.B, rows.white_B))
-    return without, Columns(raw, white)
+    return without, ColumnsByAxis(raw, white)
 
 
 def _with_known(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, dia_array
 
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.regression.design import Design, Part
+from flexhex.diagnosis.regression.design import Design, RowSelection
 from flexhex.diagnosis.runs.noise import line
 
 Array = NDArray[np.float64]
@@ -79,9 +79,9 @@ class Rows:
         return len(self.fold)
 
     @cached_property
-    def parts(self) -> dict[int, Part]:
+    def parts(self) -> dict[int, RowSelection]:
         """Rows of each fold, by its number."""
-        parts = dict[int, Part]()
+        parts = dict[int, RowSelection]()
         for number in np.unique(self.fold):
             rows = np.flatnonzero(self.fold == number)
             together = rows[-1] - rows[0] + 1 == len(rows)

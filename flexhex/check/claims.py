@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from flexhex.check.slave import Instance, Place
-from flexhex.check.trials import MOST, Plan, course, initialised, moved, of, same
+from flexhex.check.trials import MOST, TrialPlan, course, initialised, moved, of, same
 
 
-def derivatives(library: Any, plan: Plan) -> Iterator[str]:
+def derivatives(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Derivatives of all kinds, as far as the flags promise them."""
     flags, instance, one = plan["flags"], initialised(library, plan), ct.c_size_t(1)
     course(instance, plan, 0, 1)
@@ -41,7 +41,7 @@ def derivatives(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def dependencies(library: Any, plan: Plan) -> Iterator[str]:
+def dependencies(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Outputs change with inputs of the same instant only where the description says so."""
     instance, outputs = initialised(library, plan), of(plan, "output")
     course(instance, plan, 0, 2)
@@ -57,7 +57,7 @@ def dependencies(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def first_dependencies(library: Any, plan: Plan) -> Iterator[str]:
+def first_dependencies(library: Any, plan: TrialPlan) -> Iterator[str]:
     """First outputs change only with what InitialUnknowns names."""
     instance, outputs = Instance(library, plan), of(plan, "output")
     references = [v["reference"] for v in outputs]
@@ -82,7 +82,7 @@ def _change(
     seen.append(instance.get(references) if taken else None)
 
 
-def categories(library: Any, plan: Plan) -> Iterator[str]:
+def categories(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Log categories can be chosen, and no other one is used."""
     instance, declared = Instance(library, plan), plan["categories"]
     for name in declared:
@@ -98,7 +98,7 @@ def categories(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def refusals(library: Any, plan: Plan) -> Iterator[str]:
+def refusals(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Values that are no numbers or out of range are refused, and shown by `fault`."""
     if not plan["ours"]:
         return
@@ -117,7 +117,7 @@ def refusals(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def parameters(library: Any, plan: Plan) -> Iterator[str]:
+def parameters(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Parameters take the values from min to max, and no others."""
     if not plan["ours"]:
         return
@@ -137,7 +137,7 @@ def parameters(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def changes(library: Any, plan: Plan) -> Iterator[str]:
+def changes(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Tunable parameters can be changed while it runs; of ours the fixed ones cannot."""
     instance = initialised(library, plan)
     course(instance, plan, 0, 1)

@@ -12,13 +12,13 @@ from typing import Any
 
 from flexhex.check.slave import Instance, RefusedError
 
-Plan = dict[str, Any]
+TrialPlan = dict[str, Any]
 STEPS = 5
 MOST = 200
 """Parameters and inputs that are varied one by one, at most."""
 
 
-def of(plan: Plan, *causalities: str) -> list[dict[str, Any]]:
+def of(plan: TrialPlan, *causalities: str) -> list[dict[str, Any]]:
     """The variables of these causalities, Strings left out."""
     return [v for v in plan["variables"] if v["causality"] in causalities]
 
@@ -36,14 +36,14 @@ def moved(v: dict[str, Any], k: int) -> float:
     return float(min(max(near, low), high))
 
 
-def initialised(library: Any, plan: Plan) -> Instance:
+def initialised(library: Any, plan: TrialPlan) -> Instance:
     """An instance ready to step."""
     instance = Instance(library, plan)
     instance.initialise()
     return instance
 
 
-def course(instance: Instance, plan: Plan, first: int, count: int) -> list[list[float] | None]:
+def course(instance: Instance, plan: TrialPlan, first: int, count: int) -> list[list[float] | None]:
     """Outputs after each of `count` steps with moving inputs, as the step number `first` on."""
     h, seen, outputs = plan["step"], [], [v["reference"] for v in of(plan, "output")]
     inputs = of(plan, "input")
@@ -60,7 +60,7 @@ def same(a: object, b: object) -> bool:
     return repr(a) == repr(b)
 
 
-def starts(library: Any, plan: Plan) -> Iterator[str]:
+def starts(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Start values are those of the description."""
     instance, values = Instance(library, plan), []
     listed = of(plan, "parameter", "input")
@@ -77,7 +77,7 @@ def starts(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def _all_readable(instance: Instance, plan: Plan) -> None:
+def _all_readable(instance: Instance, plan: TrialPlan) -> None:
     """RefusedError that names a variable that cannot be read."""
     listed = plan["variables"]
     if instance.c and instance.get([v["reference"] for v in listed]) is None:
@@ -86,7 +86,7 @@ def _all_readable(instance: Instance, plan: Plan) -> None:
         raise RefusedError(f"{name}{instance.last}")
 
 
-def steps(library: Any, plan: Plan) -> Iterator[str]:
+def steps(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Steps of the default size, outputs within their ranges."""
     instance = initialised(library, plan)
     seen = course(instance, plan, 0, STEPS)
@@ -103,7 +103,7 @@ def steps(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def step_sizes(library: Any, plan: Plan) -> Iterator[str]:
+def step_sizes(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Steps of other sizes, when canHandleVariableCommunicationStepSize is true."""
     if not plan["flags"].get("canHandleVariableCommunicationStepSize"):
         return
@@ -116,7 +116,7 @@ def step_sizes(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def fresh_after_reset(library: Any, plan: Plan) -> Iterator[str]:
+def fresh_after_reset(library: Any, plan: TrialPlan) -> Iterator[str]:
     """After fmi2Reset everything is as in a fresh instance."""
     instance = initialised(library, plan)
     once = course(instance, plan, 0, STEPS)
@@ -127,7 +127,7 @@ def fresh_after_reset(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def instances(library: Any, plan: Plan) -> Iterator[str]:
+def instances(library: Any, plan: TrialPlan) -> Iterator[str]:
     """Two instances side by side, unless canBeInstantiatedOnlyOncePerProcess is true."""
     if plan["flags"].get("canBeInstantiatedOnlyOncePerProcess"):
         return
@@ -150,7 +150,7 @@ def instances(library: Any, plan: Plan) -> Iterator[str]:
     two.free()
 
 
-def states(library: Any, plan: Plan) -> Iterator[str]:
+def states(library: Any, plan: TrialPlan) -> Iterator[str]:
     """FMU states bring back what they hold, in memory and as bytes, as the flags say."""
     if not plan["flags"].get("canGetAndSetFMUstate"):
         return
@@ -172,7 +172,7 @@ def states(library: Any, plan: Plan) -> Iterator[str]:
     instance.free()
 
 
-def _bytes(instance: Instance, plan: Plan, state: ct.c_void_p, first: object) -> str:
+def _bytes(instance: Instance, plan: TrialPlan, state: ct.c_void_p, first: object) -> str:
     """The complaint about a state as bytes, empty when all is well."""
     size, copy = ct.c_size_t(), ct.c_void_p()
     if instance.call("fmi2SerializedFMUstateSize", state, ct.byref(size)) > 1:

@@ -18,7 +18,7 @@ from flexhex.compare.view import (
     missing,
     verdict,
 )
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure, figure, moving_rms, trace
 from flexhex.tracking import ERROR, MICRO, columns
 
@@ -33,26 +33,28 @@ def write_comparison(
     chosen = [d for d in comparison.of(OUT, EQUAL) if d.worst > 0][:plots]
     parts = [_tracking(judged, runs)] if judged else []
     title = verdict(comparison)
-    parts.append(Part(title[0].upper() + title[1:], text=" · ".join(missing(comparison, runs))))
+    parts.append(
+        PageSection(title[0].upper() + title[1:], text=" · ".join(missing(comparison, runs)))
+    )
     for k, d in enumerate(chosen):
         overlay, difference = _plots(d, runs)
         drawn = {f"overlay{k}": overlay, f"difference{k}": difference}
-        parts.append(Part(cells(d)[0], text=_sentence(d), figures=drawn, timed=True))
+        parts.append(PageSection(cells(d)[0], text=_sentence(d), figures=drawn, timed=True))
     if not chosen:
-        parts.append(Part("No plots", text="No signal differs at all."))
+        parts.append(PageSection("No plots", text="No signal differs at all."))
     rows = [cells(d) for d in comparison.of(OUT, UNLIKE, EQUAL)]
-    parts.append(Part("All signals", headings=HEADINGS, rows=rows))
+    parts.append(PageSection("All signals", headings=HEADINGS, rows=rows))
     provenance = [(key, *pair) for key, pair in comparison.provenance.items()]
     text = "" if provenance else "Nothing: the same versions, hashes and parameters."
     headings = ("", *(run.name for run in runs))
     parts.append(
-        Part("How the runs were made: differences", text, headings, provenance, words=True)
+        PageSection("How the runs were made: differences", text, headings, provenance, words=True)
     )
     files = " and ".join(f"{run.name} ({run.file})" for run in runs)
     return write_page(path, "Two runs compared", files, parts)
 
 
-def _tracking(judged: Figures, runs: Sequence[Run]) -> Part:
+def _tracking(judged: Figures, runs: Sequence[Run]) -> PageSection:
     """The figures, and the moving RMS of the tracking error of both runs."""
     lines = []
     for run in runs:
@@ -62,7 +64,7 @@ def _tracking(judged: Figures, runs: Sequence[Run]) -> Part:
         lines.append(trace(group.time[shown], rms[shown], run.name, run.colour))
     title = "Tracking error, RMS over all joints in a moving window of 0.25 s"
     drawn = {"tracking": figure(title, "time [s]", "e [µrad]", lines)}
-    return Part(
+    return PageSection(
         "Tracking", judged_text(judged), figure_headings(runs), figure_rows(judged), drawn, True
     )
 

@@ -15,7 +15,7 @@ from flexhex.diagnose.plots import heat
 from flexhex.diagnose.view import say, table
 from flexhex.diagnose.words import title, where
 from flexhex.diagnosis.planning.isolability import ALIKE, Isolability
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 
 MOST_NAMES = 4
 
@@ -89,8 +89,8 @@ def write_isolability(isolability: Isolability, trajectories: Sequence[str], pat
         f" reproduce [%]. From {100 * ALIKE:.0f} % on the two are indistinguishable here."
     )
     parts = [
-        Part("Which effects could be distinguished", text, figures=drawn),
-        Part("Smallest effects", "", headings(isolability), rows(isolability), words=True),
+        PageSection("Which effects could be distinguished", text, figures=drawn),
+        PageSection("Smallest effects", "", headings(isolability), rows(isolability), words=True),
     ]
     return write_page(
         path, "Effects that these trajectories could reveal", ", ".join(trajectories), parts

@@ -37,7 +37,7 @@ from flexhex.diagnose.view import (
 from flexhex.diagnose.words import residual_name, verdict
 from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.result.verdict import Diagnosis
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def write_diagnosis(
     """The page; files: the runs and held-out runs, listed with their hashes."""
     parts = [
         *_strips(diagnosis),
-        Part("Verdict", _verdict(diagnosis), answer=True),
+        PageSection("Verdict", _verdict(diagnosis), answer=True),
         *_effects(diagnosis),
         *_residual(diagnosis),
         *_tracking(diagnosis.shown),
@@ -73,7 +73,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
     return " ".join([verdict(diagnosis), *planned])
 
 
-def _strips(diagnosis: Diagnosis) -> list[Part]:
+def _strips(diagnosis: Diagnosis) -> list[PageSection]:
     """Torque and residual over time of one run, one axis at a time."""
     if not diagnosis.strips:
         return []
@@ -86,7 +86,7 @@ def _strips(diagnosis: Diagnosis) -> list[Part]:
     if len(diagnosis.strips) > 1:
         text += " The buttons choose the axis."
     drawn = strip_figures(diagnosis.strips, matters(diagnosis))
-    return [Part("Torque over time", text, figures=drawn, timed=True)]
+    return [PageSection("Torque over time", text, figures=drawn, timed=True)]
 
 
 def matters(diagnosis: Diagnosis) -> int:
@@ -96,20 +96,20 @@ def matters(diagnosis: Diagnosis) -> int:
     return axes[0] if axes else int(np.argmax(repeatable)) + 1
 
 
-def _effects(diagnosis: Diagnosis) -> list[Part]:
+def _effects(diagnosis: Diagnosis) -> list[PageSection]:
     parts = []
     if diagnosis.effects:
         whole = residual_name(diagnosis.residual)
         text = f"± and ranges are 95 % intervals. Explains: of {whole} on its axes."
         rows = effect_rows(diagnosis)
-        parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
+        parts.append(PageSection("Effects that the model lacks", text, EFFECTS, rows))
     if diagnosis.changed:
         text = "Parameters of the model that deviate from the machine file."
-        parts.append(Part("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
+        parts.append(PageSection("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
     return parts
 
 
-def _residual(diagnosis: Diagnosis) -> list[Part]:
+def _residual(diagnosis: Diagnosis) -> list[PageSection]:
     residual = diagnosis.residual
     if not np.isfinite(residual.before).any():
         return []
@@ -122,13 +122,13 @@ def _residual(diagnosis: Diagnosis) -> list[Part]:
         "The non-repeatable residual differs between passes of one trajectory; no model reduces it."
     )
     return [
-        Part(
+        PageSection(
             residual_title(residual), text, RESIDUAL, residual_rows(diagnosis), {"residual": drawn}
         )
     ]
 
 
-def _tracking(shown: Mapping[str, Any]) -> list[Part]:
+def _tracking(shown: Mapping[str, Any]) -> list[PageSection]:
     figures: dict[str, Figure] = {}
     for k, (run, residuals) in enumerate(shown.get("simulation_residual", {}).items()):
         before, after = (np.asarray(residuals[side], dtype=np.float64) for side in SIDES)
@@ -140,15 +140,15 @@ def _tracking(shown: Mapping[str, Any]) -> list[Part]:
         figures["loop"] = residual_bars("Tracking error", "µrad", before, after, names=names)
     lines = shown_lines(shown)
     text = " ".join(f"{line}." for line in lines)
-    return [Part("Rebuilt and run", text, figures=figures, small=True)] if lines else []
+    return [PageSection("Rebuilt and run", text, figures=figures, small=True)] if lines else []
 
 
-def _next(diagnosis: Diagnosis, invocation: Invocation) -> list[Part]:
+def _next(diagnosis: Diagnosis, invocation: Invocation) -> list[PageSection]:
     steps = next_steps(diagnosis, invocation)
-    return [Part("What to do next", "", ("", "command"), steps, words=True)] if steps else []
+    return [PageSection("What to do next", "", ("", "command"), steps, words=True)] if steps else []
 
 
-def _candidates(diagnosis: Diagnosis) -> list[Part]:
+def _candidates(diagnosis: Diagnosis) -> list[PageSection]:
     if not diagnosis.candidates:
         return []
     numbers = sorted({c.round for c in diagnosis.candidates})
@@ -161,33 +161,33 @@ def _candidates(diagnosis: Diagnosis) -> list[Part]:
         " nats: 3 nats are odds of 20. Base model, gains and shapes are those of the other"
         " trajectories. Indistinguishable ones predict as well as the one that was accepted."
     )
-    return [Part("Candidates", text, figures=drawn)]
+    return [PageSection("Candidates", text, figures=drawn)]
 
 
-def _maps(maps: Sequence[Map]) -> list[Part]:
-    parts: list[Part] = []
+def _maps(maps: Sequence[Map]) -> list[PageSection]:
+    parts: list[PageSection] = []
     for axis in sorted({m.axis for m in maps if m.over != FREQUENCY}):
         mine = [m for m in maps if m.axis == axis and m.over != FREQUENCY]
         drawn = {f"map{axis}-{k}": residual_map(m) for k, m in enumerate(mine)}
         text = "Mean of the repeatable residual; the band is two standard errors wide to each side."
         first = text if not parts else ""
-        parts.append(Part(f"Residual of axis {axis}", first, figures=drawn, small=True))
+        parts.append(PageSection(f"Residual of axis {axis}", first, figures=drawn, small=True))
     spectra = {f"spectrum{m.axis}": spectrum_map(m) for m in maps if m.over == FREQUENCY}
     if spectra:
-        parts.append(Part("Spectrum of the residual", figures=spectra, small=True))
+        parts.append(PageSection("Spectrum of the residual", figures=spectra, small=True))
     return parts
 
 
-def _remarks(diagnosis: Diagnosis, files: Sequence[Path]) -> list[Part]:
+def _remarks(diagnosis: Diagnosis, files: Sequence[Path]) -> list[PageSection]:
     parts = []
     if notes := remarks(diagnosis):
-        parts.append(Part("Notes", "", ("",), [(note,) for note in notes], words=True))
+        parts.append(PageSection("Notes", "", ("",), [(note,) for note in notes], words=True))
     rows = [(text,) for text in diagnosis.findings]
     text = "" if rows else "The logs gave no reason for a remark."
-    parts.append(Part("Findings in the logs", text, ("",), rows, words=True))
+    parts.append(PageSection("Findings in the logs", text, ("",), rows, words=True))
     held_out = set(diagnosis.held_out)
     listed = [(str(p), "held out" if str(p) in held_out else "fit", digest(p)) for p in files]
-    parts.append(Part("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
+    parts.append(PageSection("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
     return parts
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.estimation.identify import Fit, regression
-from flexhex.diagnosis.estimation.motion import Columns, MotionModel, smooth
+from flexhex.diagnosis.estimation.motion import MotionModel, SparseRegressor, smooth
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.filter.equations import hann
 from flexhex.output.plots import Figure, figure, trace
@@ -116,7 +116,7 @@ def evaluate(model: MotionModel, p: Array, result: Result, joint: int, speed: fl
     return split(angle, measured[:, joint], predicted(columns, p, joint), joint + 1, speed)
 
 
-def predicted(columns: Columns, p: Array, joint: int) -> Array:
+def predicted(columns: SparseRegressor, p: Array, joint: int) -> Array:
     """Torque Phi p of one joint along a log (samples,) [N m]."""
     mine = columns.rows == joint
     return np.asarray(columns.values[:, mine] @ p[columns.cols[mine]])

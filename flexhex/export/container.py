@@ -8,7 +8,7 @@ from pathlib import Path
 
 from flexhex.fmugen import cache as store
 from flexhex.fmugen.container import build_container
-from flexhex.fmugen.container_parts import NAME, Container, Link, Part
+from flexhex.fmugen.container_parts import NAME, ContainedFmu, Container, Link
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Variable, array_of
 from flexhex.ssp.hexapod import PLAYER
@@ -73,7 +73,9 @@ def container_of(
         what = missing[0] if missing else "a controller"
         raise InterfaceError(f"{package.path}: has no component {what!r}: is it a hexapod.ssp?")
     parts = tuple(
-        Part(i.name, package.fmus[i.source]) for i in package.instances if i.name not in outside
+        ContainedFmu(i.name, package.fmus[i.source])
+        for i in package.instances
+        if i.name not in outside
     )
     links, inputs = _inside(package, parts)
     outputs = {}
@@ -91,7 +93,7 @@ def container_of(
 
 
 def _inside(
-    package: Package, parts: tuple[Part, ...]
+    package: Package, parts: tuple[ContainedFmu, ...]
 ) -> tuple[tuple[Link, ...], tuple[Variable, ...]]:
     """Links into the parts, and the inputs from outside, named and described as their source."""
     names, links = {p.name for p in parts}, []
@@ -116,7 +118,7 @@ def _inside(
 def system_around(package: Package, container: Container) -> System:
     """Reference, container, plant."""
     blocks = {
-        i.name: Part(i.name, package.fmus[i.source]).interface
+        i.name: ContainedFmu(i.name, package.fmus[i.source]).interface
         for i in package.instances
         if i.name in _BOXES
     }

@@ -14,7 +14,7 @@ from flexhex.output.plots import Figure
 
 
 @dataclass(frozen=True)
-class Part:
+class PageSection:
     """A section: its title, a sentence, a table, plots by the id of their place.
 
     timed: the x axes of the plots are time; zooming into one zooms all of the page. words:
@@ -33,7 +33,7 @@ class Part:
     answer: bool = False
 
 
-def write_page(path: Path, title: str, subtitle: str, parts: Sequence[Part]) -> Path:
+def write_page(path: Path, title: str, subtitle: str, parts: Sequence[PageSection]) -> Path:
     """Render the parts to `path`; every text is escaped."""
     figures = {}
     for part in parts:

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.interface import indices
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure, figure, multiples, trace
 from flexhex.output.tables import Column, Row, console, table
 from flexhex.ssp.result import Array, Result
@@ -172,5 +172,5 @@ def write_plots(picked: Sequence[Picked], name: str, path: Path) -> Path:
     """The page: a plot for each signal, a panel for each joint, on linked time axes."""
     parts = []
     for k, one in enumerate(picked):
-        parts.append(Part(one.name, figures={f"signal{k}": drawn(one)}, timed=True))
+        parts.append(PageSection(one.name, figures={f"signal{k}": drawn(one)}, timed=True))
     return write_page(path, "Signals of a run", name, parts)

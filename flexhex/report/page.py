@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import COLOURS, LOG, Figure, figure, multiples, trace
 from flexhex.output.tables import Column, Row, console, table, texts
 from flexhex.recording import Recording
@@ -93,12 +93,12 @@ def summary(recording: Recording) -> list[tuple[str, str]]:
 
 def write_recording(recording: Recording, name: str, path: Path) -> Path:
     """The page of a recording."""
-    parts = [Part("How it went", "", ("", ""), summary(recording), words=True)]
+    parts = [PageSection("How it went", "", ("", ""), summary(recording), words=True)]
     if running(recording).any():
         parts += [_tracking(recording), *_motion(recording), _timing(recording)]
     states = [(f"{t:.5f}", axes, text) for t, axes, text in changes(recording)]
     words = "At the beginning, and whenever one changed."
-    parts.append(Part("States", words, ("time [s]", "axes", "state"), states, words=True))
+    parts.append(PageSection("States", words, ("time [s]", "axes", "state"), states, words=True))
     return write_page(path, "A run on the drives", name, parts)
 
 
@@ -125,22 +125,24 @@ def _drawn(recording: Recording, channel: str, title: str, unit: str, scale: flo
     return multiples(title, "time [s]", f"[{unit}]", lines, word="axis")
 
 
-def _tracking(recording: Recording) -> Part:
+def _tracking(recording: Recording) -> PageSection:
     drawn = {"error": _drawn(recording, "e", "Tracking error", "µrad", MICRO)}
     text = f"Judged from {SETTLE:g} s on; a run that ends before is judged whole."
-    return Part("Tracking error", text, *texts(ERRORS, _errors(recording)), drawn, timed=True)
+    return PageSection(
+        "Tracking error", text, *texts(ERRORS, _errors(recording)), drawn, timed=True
+    )
 
 
-def _motion(recording: Recording) -> list[Part]:
+def _motion(recording: Recording) -> list[PageSection]:
     """Panels have no title above them: each kind of them has a section."""
     listed = (("theta", "Angles, measured", "rad"), ("tau_meas", "Torques, measured", "N m"))
     return [
-        Part(title, figures={name: _drawn(recording, name, title, unit)}, timed=True)
+        PageSection(title, figures={name: _drawn(recording, name, title, unit)}, timed=True)
         for name, title, unit in listed
     ]
 
 
-def _timing(recording: Recording) -> Part:
+def _timing(recording: Recording) -> PageSection:
     rows, shares = running(recording), []
     for name, title in PARTS.items():
         time, share = slower(recording[name][rows])
@@ -154,4 +156,4 @@ def _timing(recording: Recording) -> Part:
         "A run in lockstep with the emulator has no wake-up: it waits for no clock, and its times"
         " are those of this computer."
     )
-    return Part("Times of a cycle", text, *texts(TIMES, _times(recording)), drawn)
+    return PageSection("Times of a cycle", text, *texts(TIMES, _times(recording)), drawn)

@@ -45,14 +45,14 @@ def study_command(
     """Simulate many machines drawn at random (Monte Carlo). The same command resumes a study."""
     from flexhex.output.interrupt import STOPPED
     from flexhex.output.live import live
-    from flexhex.study.draws import Plan, varied_of
+    from flexhex.study.draws import StudyPlan, varied_of
     from flexhex.study.pool import local, over_dask
     from flexhex.study.store import Store, file_name
     from flexhex.study.tasks import carry_out, tasks
     from flexhex.study.view import print_result, result_json, write_result
 
     file = machine_file_of(machine)
-    plan = Plan(runs, duration, seed, varied_of(vary, file), payload, age)
+    plan = StudyPlan(runs, duration, seed, varied_of(vary, file), payload, age)
     pool = over_dask(dask) if dask else local(jobs or os.cpu_count() or 1)
     folder = out / "study"
     listed = tasks(plan, file, out)

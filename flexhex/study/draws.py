@@ -37,7 +37,7 @@ Values = Mapping[str, float | tuple[float, ...]]
 
 
 @dataclass(frozen=True)
-class Plan:
+class StudyPlan:
     """What a study does: runs, judged time [s], seed, what varies, largest payload [kg] and
     age [s]."""
 
@@ -82,7 +82,7 @@ def varied_of(text: str | None, machine_file: Path) -> tuple[str, ...]:
 
 
 def draw(
-    plan: Plan, number: int, machine: Machine, truth: Truth | None
+    plan: StudyPlan, number: int, machine: Machine, truth: Truth | None
 ) -> tuple[Values, Mapping[str, float]]:
     """Parameters of run `number`, and the few of them that are shown.
 

@@ -25,7 +25,7 @@ from flexhex.simulation.cases import SETTLE
 from flexhex.simulation.metrics import rms
 from flexhex.ssp.executor import run
 from flexhex.ssp.read import read_ssp
-from flexhex.study.draws import BUILT, Plan, Values, draw, start_values
+from flexhex.study.draws import BUILT, StudyPlan, Values, draw, start_values
 from flexhex.study.store import Scored, Store
 
 CASES = ("fixed", "adaptive")
@@ -50,7 +50,7 @@ class StudyResult:
     """Figures of a study by key, in the order of the tasks; failed: errors by key; kept: how many
     figures were computed before."""
 
-    plan: Plan
+    plan: StudyPlan
     tasks: tuple[Task, ...]
     scored: Mapping[str, Scored]
     failed: Mapping[str, str] = field(default_factory=dict)
@@ -69,7 +69,7 @@ class StudyResult:
 Pool = Callable[[Sequence[Task]], Iterator[tuple[Task, Scored | str]]]
 
 
-def tasks(plan: Plan, machine_file: Path, out: Path) -> tuple[Task, ...]:
+def tasks(plan: StudyPlan, machine_file: Path, out: Path) -> tuple[Task, ...]:
     """All runs of a plan on the systems that `flexhex run` left in `out/cases`, both cases of
     a draw one after the other. InterfaceError when one is missing, UsageError when it is of another
     machine."""
@@ -94,7 +94,7 @@ def tasks(plan: Plan, machine_file: Path, out: Path) -> tuple[Task, ...]:
 
 
 def carry_out(
-    plan: Plan,
+    plan: StudyPlan,
     listed: Sequence[Task],
     store: Store,
     pool: Pool,

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import COLOURS, LOG, Figure, figure
 from flexhex.output.tables import Column, console, table, texts
 from flexhex.study.draws import VARIED
@@ -128,9 +128,9 @@ def write_result(result: StudyResult, path: Path) -> Path:
     )
     drawn = [(name, VARIED[name]) for name in plan.varied]
     parts = [
-        Part("Error and feedback torque", text, *texts(COLUMNS, rows(result)), boxes),
-        Part("Random quantities", "", ("kind", "what"), drawn, over, words=True),
-        Part("Remarks", "", ("",), [(text,) for text in remarks(result)], words=True),
+        PageSection("Error and feedback torque", text, *texts(COLUMNS, rows(result)), boxes),
+        PageSection("Random quantities", "", ("kind", "what"), drawn, over, words=True),
+        PageSection("Remarks", "", ("",), [(text,) for text in remarks(result)], words=True),
     ]
     return write_page(
         path, f"Study of {len(result.tasks)} runs", "Figures are RMS over all joints", parts

@@ -12,7 +12,7 @@ from pathlib import Path
 from flexhex.fmugen import cache as store
 from flexhex.fmugen.blocks import Source, block_interface, step_file, with_starts
 from flexhex.fmugen.codegen import SYMBOLIC
-from flexhex.fmugen.container_parts import Part
+from flexhex.fmugen.container_parts import ContainedFmu
 from flexhex.fmugen.fmu import build_fmu
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Interface
@@ -51,7 +51,9 @@ def with_trajectory(
     hexapod.ssp, or one of another machine).
     """
     machine, package = load_machine(machine_file), read_ssp(ssp)
-    parts = {i.name: Part(i.name, package.fmus[i.source]).interface for i in package.instances}
+    parts = {
+        i.name: ContainedFmu(i.name, package.fmus[i.source]).interface for i in package.instances
+    }
     _check(package, parts, machine, machine_file)
     table = read_motion(trajectory, machine)
     interfaces = {name: part for name, part in parts.items() if name not in (PLAYER, "reference")}

@@ -18,7 +18,7 @@ from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.drives import drives, late
 from flexhex.diagnosis.drives.path import PathBase, driven
 from flexhex.diagnosis.jointfit.effects import SelectedEffect
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def runs(lags: tuple[float, ...] = (), delay: float = 0.0, dropped: float = 0.0)
             reported += 5e-3 * rng.standard_normal(reported.shape)
             valid = rng.random(len(t)) >= dropped
             signals = [
-                Signal(0.0, TS, np.round(x / 3e-3) * 3e-3, valid) for x in (reported, commanded)
+                TimeSeries(0.0, TS, np.round(x / 3e-3) * 3e-3, valid) for x in (reported, commanded)
             ]
             still = np.zeros((len(t) // 2, N))
             motion = Motion(0.0, 2 * TS, still, still, still)

@@ -17,7 +17,7 @@ from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.basemodels.serial import Arm
 from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.jointfit.fit import calibrate
-from flexhex.diagnosis.runs.blocks import Run, Signal, blocks
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from studies.mujoco import machines
 from studies.mujoco.engines import _arm
@@ -110,7 +110,7 @@ def runs(machine: Machine) -> list[Run]:
         for again in "ab":
             noisy = tau + 1e-4 * tau.std(axis=0) * rng.standard_normal(tau.shape)
             valid = np.ones(len(tau), dtype=bool)
-            signal = Signal(0.0, TS, noisy, valid)
+            signal = TimeSeries(0.0, TS, noisy, valid)
             listed.append(Run(f"{number}{again}", str(number), motion, valid, signal))
     return listed
 

@@ -18,7 +18,7 @@ from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
 from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.jointfit.fit import calibrate
-from flexhex.diagnosis.runs.blocks import Run, Signal, blocks
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 from flexhex.fmus.common.model.bodies import Mechanism
@@ -235,7 +235,7 @@ def test_hexapod_whose_geometry_is_wrong_leaves_nothing(
         tau = inverse(model, record.q, record.v, record.a)[:, at]
         for again in "ab":
             noise = np.random.default_rng(len(runs)).standard_normal(tau.shape)
-            signal = Signal(0.0, ts, tau + 1e-4 * tau.std(axis=0) * noise, valid)
+            signal = TimeSeries(0.0, ts, tau + 1e-4 * tau.std(axis=0) * noise, valid)
             runs.append(Run(f"{number}{again}", str(number), moved, valid, signal))
     knows = HexapodBase(load_machine(file))
     knows.settle = 0.0

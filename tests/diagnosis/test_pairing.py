@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
@@ -41,7 +41,7 @@ def runs(
         tau = torque(motion, load, (0.3, 0.0)) + friction * np.sign(motion[1])
         valid = np.ones(len(CLOCK), dtype=bool)
         seen = Motion(0.0, TS, *(angle(v) for v in motion))
-        signal = Signal(0.0, TS, effort(tau), valid)
+        signal = TimeSeries(0.0, TS, effort(tau), valid)
         listed.append(Run(str(seed), str(seed), seen, valid, signal, payload=announced))
     return listed
 

@@ -12,7 +12,7 @@ from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.prepare import fitted
 from flexhex.diagnosis.regression.window import LONGEST
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
 
 Array = NDArray[np.float64]
@@ -29,9 +29,9 @@ def run(seed: int, noise: float, step: float = 0.0, seconds: float = 40.0) -> Ru
     if step:
         seen = step * np.round(seen / step)
     valid = np.ones(len(t), dtype=bool)
-    motion = motion_of(Signal(0.0, TS, seen[:, None], valid), None)
+    motion = motion_of(TimeSeries(0.0, TS, seen[:, None], valid), None)
     tau = torque + 1e-3 * rng.standard_normal(len(t))
-    return Run(str(seed), "a", motion, valid[2:-2], Signal(0.0, TS, tau[:, None], valid))
+    return Run(str(seed), "a", motion, valid[2:-2], TimeSeries(0.0, TS, tau[:, None], valid))
 
 
 def smoothed(*runs: Run) -> tuple[float, Array, str]:

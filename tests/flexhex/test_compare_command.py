@@ -16,7 +16,7 @@ from flexhex.compare.command import compare_command
 from flexhex.compare.results import EQUAL
 from flexhex.compare.runs import figures, load_runs
 from flexhex.fmus.common.errors import LogError, UsageError
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import COLOURS, figure
 from flexhex.ssp.results import Result, save
 from tests.flexhex.test_compare import BASE, N, result, wave
@@ -97,7 +97,7 @@ def test_page_holds_overlay_and_difference_and_needs_no_network(
 
 def test_text_in_a_plot_cannot_end_the_script(tmp_path: Path) -> None:
     drawn = {"place": figure("</script><b>", "t", "y", [])}
-    path = write_page(tmp_path / "p.html", "", "", [Part("one", figures=drawn)])
+    path = write_page(tmp_path / "p.html", "", "", [PageSection("one", figures=drawn)])
     text = path.read_text(encoding="utf-8")
     assert "</script><b>" not in text
     match = re.search(r"^const figures = (.*);$", text, re.M)

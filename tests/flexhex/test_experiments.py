@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.estimation.motion import Columns, MotionModel
+from flexhex.diagnosis.estimation.motion import MotionModel, SparseRegressor
 from flexhex.experiments import estimates, experiment, hysteresis, payload
 from flexhex.experiments import repeatability as repeat
 from flexhex.fmus.common.errors import MachineError, UsageError
@@ -102,7 +102,7 @@ def test_branches_go_one_way() -> None:
 def test_predicted_torque_is_phi_times_p() -> None:
     dense = RNG.standard_normal((20, 3, 5)) * (RNG.random((3, 5)) < 0.6)
     at = np.nonzero(dense[0])
-    columns = Columns(dense[:, at[0], at[1]], at[0], at[1], (3, 5))
+    columns = SparseRegressor(dense[:, at[0], at[1]], at[0], at[1], (3, 5))
     p = RNG.standard_normal(5)
     for joint in range(3):
         assert hysteresis.predicted(columns, p, joint) == pytest.approx(dense[:, joint] @ p)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from flexhex.output.glossary import TERMS
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure, figure, of_joint, per_joint, trace
 from tests.flexhex.browser import Browser
 
@@ -53,10 +53,10 @@ def bars() -> Figure:
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two linked plots, bars, a wide table, four sections."""
     parts = [
-        Part("First", figures={"angle": joints(), "error": error()}, timed=True),
-        Part("Second", "a sentence", figures={"bars": bars()}, small=True),
-        Part("Third", headings=("name", *"abcdefgh"), rows=[("row", *["1.234567"] * 8)] * 3),
-        Part("Fourth", "the answer", answer=True),
+        PageSection("First", figures={"angle": joints(), "error": error()}, timed=True),
+        PageSection("Second", "a sentence", figures={"bars": bars()}, small=True),
+        PageSection("Third", headings=("name", *"abcdefgh"), rows=[("row", *["1.234567"] * 8)] * 3),
+        PageSection("Fourth", "the answer", answer=True),
     ]
     return write_page(tmp_path_factory.mktemp("page") / "p.html", "A page", "of a test", parts)
 

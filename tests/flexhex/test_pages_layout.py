@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from flexhex.output.page import Part, write_page
+from flexhex.output.page import PageSection, write_page
 from tests.flexhex.browser import Browser
 from tests.flexhex.test_pages_browser import NARROW, page
 
@@ -88,7 +88,7 @@ def test_table_of_words_stands_row_by_row_on_a_narrow_screen(
     browser: Browser, tmp_path: Path
 ) -> None:
     rows = [("Log one more run.", "flexhex diagnose " + "a-very-long-name.csv " * 6)] * 2
-    part = Part("Next", "", ("", "command"), rows, words=True)
+    part = PageSection("Next", "", ("", "command"), rows, words=True)
     browser.open(write_page(tmp_path / "p.html", "A page", "", [part]), NARROW, 900)
     what, command = boxes(browser, ".words tr:nth-child(2) td", ".words tr:nth-child(2) td + td")
     assert what[3] <= command[1]
@@ -151,7 +151,7 @@ def test_title_beside_a_narrow_plot_is_clear_of_its_labels(browser: Browser, pag
 
 
 def test_table_without_headings_has_no_empty_row(browser: Browser, tmp_path: Path) -> None:
-    parts = [Part("Findings", headings=("",), rows=[("one",), ("two",)], words=True)]
+    parts = [PageSection("Findings", headings=("",), rows=[("one",), ("two",)], words=True)]
     browser.open(write_page(tmp_path / "p.html", "A page", "", parts))
     assert browser.run("document.querySelectorAll('.words tr').length") == 2
 

@@ -26,7 +26,7 @@ from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import table_cases
 from flexhex.study.command import study_command
-from flexhex.study.draws import Plan, Values
+from flexhex.study.draws import StudyPlan, Values
 from flexhex.study.pool import local, over_dask
 from flexhex.study.store import Scored, Store
 from flexhex.study.tasks import Task, carry_out, score, tasks
@@ -51,7 +51,7 @@ def out(builder: Builder, machine: Machine, tmp_path_factory: pytest.TempPathFac
 
 def test_truth_draws_another_machine_of_the_same_make(out: Path) -> None:
     """Each run gets its own; that the seed of the file gives machine.fmu is what `tasks` checks."""
-    listed = tasks(Plan(2, varied=("truth", "drift")), MACHINE_FILE, out)
+    listed = tasks(StudyPlan(2, varied=("truth", "drift")), MACHINE_FILE, out)
     sizes = {name: len(values) for name, values in listed[0].parameters.items()}  # type: ignore[arg-type]
     assert set(sizes) == {
         f"plant.{name}" for name in ("mechanism", "actuator", "hidden_cogging", "drift_torque")
@@ -61,38 +61,40 @@ def test_truth_draws_another_machine_of_the_same_make(out: Path) -> None:
 
 
 def test_both_cases_share_their_draw_and_keys_tell_all_apart(out: Path) -> None:
-    listed = tasks(Plan(3, SHORT), MACHINE_FILE, out)
+    listed = tasks(StudyPlan(3, SHORT), MACHINE_FILE, out)
     assert [(t.number, t.case) for t in listed[:3]] == [(1, "fixed"), (1, "adaptive"), (2, "fixed")]
     assert listed[0].parameters == listed[1].parameters
-    more = [*listed, *tasks(Plan(3, 2 * SHORT), MACHINE_FILE, out)]
-    more += tasks(Plan(3, SHORT, payload=2.0), MACHINE_FILE, out)
+    more = [*listed, *tasks(StudyPlan(3, 2 * SHORT), MACHINE_FILE, out)]
+    more += tasks(StudyPlan(3, SHORT, payload=2.0), MACHINE_FILE, out)
     assert len({t.key for t in more}) == 18
-    assert [t.key for t in tasks(Plan(4, SHORT), MACHINE_FILE, out)][:6] == [t.key for t in listed]
+    assert [t.key for t in tasks(StudyPlan(4, SHORT), MACHINE_FILE, out)][:6] == [
+        t.key for t in listed
+    ]
 
 
 def test_key_depends_on_the_system(out: Path, tmp_path: Path) -> None:
     shutil.copytree(out / "cases", tmp_path / "cases")
     path = tmp_path / "cases" / "fixed" / "hexapod.ssp"
     shutil.copyfile(out / "cases" / "adaptive" / "hexapod.ssp", path)
-    a, b = (tasks(Plan(1, SHORT), MACHINE_FILE, folder) for folder in (out, tmp_path))
+    a, b = (tasks(StudyPlan(1, SHORT), MACHINE_FILE, folder) for folder in (out, tmp_path))
     assert (a[0].key != b[0].key, a[1].key == b[1].key) == (True, True)
 
 
 def test_missing_or_foreign_systems_are_refused(out: Path, tmp_path: Path) -> None:
     with pytest.raises(InterfaceError, match="run `flexhex run` first"):
-        tasks(Plan(1), MACHINE_FILE, tmp_path)
+        tasks(StudyPlan(1), MACHINE_FILE, tmp_path)
     other = tmp_path / "tflex.toml"
     shutil.copyfile(MACHINE_FILE, other)
     text = truth_file(MACHINE_FILE).read_text(encoding="utf-8")
     truth_file(other).write_text(text.replace("seed = 1", "seed = 2"), encoding="utf-8")
     with pytest.raises(UsageError, match=r"another machine than tflex \(mechanism differs\)"):
-        tasks(Plan(1), other, out)
+        tasks(StudyPlan(1), other, out)
 
 
 def test_processes_give_what_a_direct_run_gives(out: Path, tmp_path: Path) -> None:
     """Two processes, four runs, the last bit; each draw has figures of its own."""
-    listed = tasks(Plan(2, SHORT), MACHINE_FILE, out)
-    result = carry_out(Plan(2, SHORT), listed, Store(tmp_path / "s.jsonl"), local(2))
+    listed = tasks(StudyPlan(2, SHORT), MACHINE_FILE, out)
+    result = carry_out(StudyPlan(2, SHORT), listed, Store(tmp_path / "s.jsonl"), local(2))
     assert result.scored[listed[2].key] == score(listed[2])
     assert result.scored[listed[2].key] == score(listed[2], listed[2].ssp.read_bytes())
     assert len({s.e for s in result.scored.values()}) == 4
@@ -100,7 +102,7 @@ def test_processes_give_what_a_direct_run_gives(out: Path, tmp_path: Path) -> No
 
 
 def test_refused_run_is_in_words_and_a_mistake_ends_the_study(out: Path) -> None:
-    task = tasks(Plan(1, SHORT), MACHINE_FILE, out)[0]
+    task = tasks(StudyPlan(1, SHORT), MACHINE_FILE, out)[0]
     times: Values = {"reference.payload_count": 2.0, "reference.payload_time": (0.0,) * 8}
     refused = dataclasses.replace(task, parameters=times)
     ((_, outcome),) = local(1)([refused])
@@ -112,13 +114,13 @@ def test_refused_run_is_in_words_and_a_mistake_ends_the_study(out: Path) -> None
 
 def test_dask_gives_what_processes_give(out: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    listed = tasks(Plan(1, SHORT), MACHINE_FILE, out)
+    listed = tasks(StudyPlan(1, SHORT), MACHINE_FILE, out)
     cluster = distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
     )
     with cluster:
         pool = over_dask(cluster.scheduler_address)
-        result = carry_out(Plan(1, SHORT), listed, Store(tmp_path / "s.jsonl"), pool)
+        result = carry_out(StudyPlan(1, SHORT), listed, Store(tmp_path / "s.jsonl"), pool)
     assert [result.scored[t.key] for t in listed] == [score(t) for t in listed]
 
 
@@ -192,7 +194,7 @@ def test_ctrl_c_keeps_finished_runs_and_leaves_no_traceback(out: Path, tmp_path:
 def test_processes_do_not_hear_ctrl_c_and_the_leader_still_does(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    listed = tasks(Plan(1, SHORT), MACHINE_FILE, out)
+    listed = tasks(StudyPlan(1, SHORT), MACHINE_FILE, out)
     monkeypatch.setattr("flexhex.study.pool.score", hearing)
     assert [s.faults for _, s in local(2)(listed) if isinstance(s, Scored)] == [0, 0]
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
@@ -205,7 +207,7 @@ def hearing(task: Task) -> Scored:
 
 
 def test_broken_process_is_one_message(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    task = tasks(Plan(1, SHORT), MACHINE_FILE, out)[0]
+    task = tasks(StudyPlan(1, SHORT), MACHINE_FILE, out)[0]
     monkeypatch.setattr("flexhex.study.pool.score", dying)
     with pytest.raises(RunError, match="a process of the study died"):
         list(local(1)([task]))

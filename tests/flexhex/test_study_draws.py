@@ -12,7 +12,7 @@ from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import truth_file
 from flexhex.fmus.machine.truth import Truth, load_truth
-from flexhex.study.draws import DEFAULT_VARIED, OF_MODEL, VARIED, Plan, draw, varied_of
+from flexhex.study.draws import DEFAULT_VARIED, OF_MODEL, VARIED, StudyPlan, draw, varied_of
 from tests.conftest import MACHINE_FILE
 
 
@@ -24,18 +24,18 @@ def truth() -> Truth:
 
 def test_draw_depends_on_seed_and_number_alone(machine: Machine, truth: Truth) -> None:
     """More runs, or one more kind that varies, leave what was drawn as it was."""
-    few = Plan(varied=("payload", "noise"))
-    every = Plan(runs=99, varied=tuple(VARIED))
+    few = StudyPlan(varied=("payload", "noise"))
+    every = StudyPlan(runs=99, varied=tuple(VARIED))
     one, all_kinds = draw(few, 3, machine, truth)[0], draw(every, 3, machine, truth)[0]
     assert one.items() <= all_kinds.items()
     assert draw(few, 3, machine, truth)[0] == one
-    others = [draw(few, 4, machine, truth)[0], draw(Plan(seed=2), 3, machine, truth)[0]]
+    others = [draw(few, 4, machine, truth)[0], draw(StudyPlan(seed=2), 3, machine, truth)[0]]
     assert all(other["plant.seed"] != one["plant.seed"] for other in others)
 
 
 def test_draws_cover_their_range(machine: Machine, truth: Truth) -> None:
     """200 uniform draws: the mean is within 4 standard deviations, 4 / sqrt(12 * 200) = 8 %."""
-    plan = Plan(varied=("payload", "age"), payload=3.0, age=100.0)
+    plan = StudyPlan(varied=("payload", "age"), payload=3.0, age=100.0)
     drawn = [draw(plan, k, machine, truth)[1] for k in range(1, 201)]
     for name, largest in (("payload", 3.0), ("age", 100.0)):
         values = np.array([d[name] for d in drawn]) / largest
@@ -47,15 +47,15 @@ def test_draws_cover_their_range(machine: Machine, truth: Truth) -> None:
 @pytest.mark.parametrize(
     ("plan", "message"),
     [
-        (Plan(runs=0), "--runs 0"),
-        (Plan(duration=-1), "--duration -1: must be above 0"),
-        (Plan(payload=float("nan")), "--payload nan"),
-        (Plan(age=0), "--age 0"),
-        (Plan(varied=("weather",)), "--vary 'weather': there are noise, payload"),
-        (Plan(varied=()), "all runs would be the same"),
+        (StudyPlan(runs=0), "--runs 0"),
+        (StudyPlan(duration=-1), "--duration -1: must be above 0"),
+        (StudyPlan(payload=float("nan")), "--payload nan"),
+        (StudyPlan(age=0), "--age 0"),
+        (StudyPlan(varied=("weather",)), "--vary 'weather': there are noise, payload"),
+        (StudyPlan(varied=()), "all runs would be the same"),
     ],
 )
-def test_plan_that_cannot_be_is_refused(plan: Plan, message: str) -> None:
+def test_plan_that_cannot_be_is_refused(plan: StudyPlan, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         plan.check()
 
@@ -71,5 +71,5 @@ def test_machine_without_truth_varies_what_its_model_has(machine: Machine, tmp_p
     assert varied_of(None, path) == OF_MODEL
     with pytest.raises(UsageError, match=r"--vary noise,age: my\.toml has no truth file my-truth"):
         varied_of("payload,noise,age", path)
-    values, _ = draw(Plan(varied=OF_MODEL), 1, machine, None)
+    values, _ = draw(StudyPlan(varied=OF_MODEL), 1, machine, None)
     assert {name.partition(".")[0] for name in values} == {"reference"}

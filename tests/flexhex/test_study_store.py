@@ -14,7 +14,7 @@ import pytest
 
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.output.tables import texts
-from flexhex.study.draws import Plan
+from flexhex.study.draws import StudyPlan
 from flexhex.study.store import Scored, Store, file_name
 from flexhex.study.tasks import CASES, Task, carry_out
 from flexhex.study.view import COLUMNS, box, remarks, result_json, rows, summaries, write_result
@@ -52,31 +52,31 @@ def test_study_goes_on_after_ctrl_c_and_runs_nothing_twice(tmp_path: Path) -> No
     listed, path = invented(), tmp_path / "new" / "s.jsonl"
     broken, rest = Counting(dies=3), Counting()
     with pytest.raises(KeyboardInterrupt):
-        carry_out(Plan(3), listed, Store(path), broken)
+        carry_out(StudyPlan(3), listed, Store(path), broken)
     seen: list[tuple[int, int]] = []
-    result = carry_out(Plan(3), listed, Store(path), rest, lambda *at: seen.append(at))
+    result = carry_out(StudyPlan(3), listed, Store(path), rest, lambda *at: seen.append(at))
     assert broken.done + rest.done == [t.key for t in listed]
     assert (result.kept, len(result.scored)) == (3, 6)
     assert seen == [(3, 6), (4, 6), (5, 6), (6, 6)]
     last = Counting()
-    assert carry_out(Plan(3), listed, Store(path), last).scored == result.scored
+    assert carry_out(StudyPlan(3), listed, Store(path), last).scored == result.scored
     assert last.done == []
 
 
 def test_failed_run_is_reported_and_tried_again(tmp_path: Path) -> None:
     listed, path = invented(), tmp_path / "s.jsonl"
-    result = carry_out(Plan(3), listed, Store(path), Counting(fails=["adaptive2"]))
+    result = carry_out(StudyPlan(3), listed, Store(path), Counting(fails=["adaptive2"]))
     assert list(result.failed.values()) == ["adaptive, run 2: end stop"]
     assert [s.number for s in result.of("adaptive")] == [1, 3]
     assert "failed: adaptive, run 2: end stop" in remarks(result)
     again = Counting()
-    assert not carry_out(Plan(3), listed, Store(path), again).failed
+    assert not carry_out(StudyPlan(3), listed, Store(path), again).failed
     assert again.done == ["adaptive2"]
 
 
 def test_torn_last_line_is_cut_off_at_any_byte(tmp_path: Path) -> None:
     path = tmp_path / "s.jsonl"
-    carry_out(Plan(1), invented(2), Store(path), Counting())
+    carry_out(StudyPlan(1), invented(2), Store(path), Counting())
     whole = path.read_bytes()
     second = whole.index(b"\n") + 1
     for cut in range(second, len(whole)):
@@ -107,7 +107,7 @@ def test_name_cannot_lead_elsewhere() -> None:
 
 def test_table_shows_median_and_limits(tmp_path: Path) -> None:
     """Errors 10, 20, ... 210 urad: median 110, 5 % 20, 95 % 200; adaptive half of that."""
-    result = carry_out(Plan(21), invented(42), Store(tmp_path / "s.jsonl"), Counting())
+    result = carry_out(StudyPlan(21), invented(42), Store(tmp_path / "s.jsonl"), Counting())
     _, (fixed, adaptive) = texts(COLUMNS, rows(result))
     assert fixed[1:5] == ["21", "110.0", "20.0", "200.0"]
     assert adaptive[2:] == ["55.0", "10.0", "100.0", "0.0550", "0.0100", "0.1000"]
@@ -125,7 +125,7 @@ def test_box_ends_at_its_percentiles() -> None:
 
 
 def test_page_and_json_hold_every_run(tmp_path: Path) -> None:
-    result = carry_out(Plan(3), invented(), Store(tmp_path / "s.jsonl"), Counting())
+    result = carry_out(StudyPlan(3), invented(), Store(tmp_path / "s.jsonl"), Counting())
     text = write_result(result, tmp_path / "s.html").read_text(encoding="utf-8")
     places = re.findall(r'class="plot" id="([\w-]+)"', text)
     assert places == ["error", "torque", "over-payload", "over-age"]

@@ -19,7 +19,7 @@ from flexhex.fmus.common.model.linkage import ArmPose, FreeArms, Linkage, UpperP
 
 
 @dataclass(frozen=True)
-class Motion:
+class FrameMotion:
     """Velocities and accelerations of all frames along (xd, xdd)."""
 
     xd: Coordinates
@@ -71,14 +71,14 @@ def bending_reaction(q: ca.SX, k: ca.SX) -> ca.SX:
     return ca.dot(torque, qv) * qv - q0 * (q0 * torque - ca.cross(torque, qv))
 
 
-def upper_torque(pose: UpperPose, motion: Motion, par: Mechanism, i: int) -> ca.SX:
+def upper_torque(pose: UpperPose, motion: FrameMotion, par: Mechanism, i: int) -> ca.SX:
     """Torque of the upper arm i, J thetadd minus its weight's.  [SH, Eq. (7), (8)]"""
     J, mc_x, mc_z = par.upper[i][0], par.upper[i][1], par.upper[i][2]
     torque: ca.SX = J * motion.xdd.theta[i] - ca.dot(motion.g, mc_x * pose.up + mc_z * pose.u)
     return torque
 
 
-def arm_loads(pose: ArmPose, motion: Motion, par: Mechanism, i: int) -> Loads:
+def arm_loads(pose: ArmPose, motion: FrameMotion, par: Mechanism, i: int) -> Loads:
     """Loads of arm i: upper arm, lower arm and its two joints' flexures."""
     thetad, thetadd = motion.xd.theta[i], motion.xdd.theta[i]
     lamd, lamdd = motion.xd.lam_Q[i], motion.xdd.lam_Q[i]
@@ -114,7 +114,7 @@ def rod_transpose(pose: ArmPose, moment: ca.SX) -> tuple[ca.SX, ca.SX]:
     return joint, f_P
 
 
-def loads(linkage: Linkage | FreeArms, motion: Motion, par: Mechanism) -> Loads:
+def loads(linkage: Linkage | FreeArms, motion: FrameMotion, par: Mechanism) -> Loads:
     """All bodies and flexures: M~ xdd + h~ - f~ - g~ before the implicit projection."""
     if isinstance(linkage, FreeArms):
         alone = [upper_torque(pose, motion, par, i) for i, pose in enumerate(linkage.arms)]

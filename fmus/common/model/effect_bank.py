@@ -19,7 +19,7 @@ SIGNALS = ("theta", "thetad", "thetadd", "tau", "taud")
 
 
 @dataclass(frozen=True)
-class Part:
+class PlacedEffect:
     """One effect on one axis (from 0): label, values of its gains, its shapes."""
 
     effect: Effect
@@ -34,7 +34,7 @@ class Bank:
     """Parts for a machine of n axes; gains and states are vectors in their order."""
 
     n: int
-    parts: tuple[Part, ...]
+    parts: tuple[PlacedEffect, ...]
 
     @staticmethod
     def all(machine: Machine) -> Bank:
@@ -58,14 +58,14 @@ class Bank:
                 continue
             for k, axis in enumerate(use.axes):
                 gains = tuple(row[k] for row in use.gains)
-                parts.append(Part(use.effect, axis - 1, label, gains, use.shape))
+                parts.append(PlacedEffect(use.effect, axis - 1, label, gains, use.shape))
         return Bank(machine.n_arms, tuple(parts))
 
     def __bool__(self) -> bool:
         return bool(self.parts)
 
     @property
-    def gains(self) -> tuple[tuple[Part, Gain], ...]:
+    def gains(self) -> tuple[tuple[PlacedEffect, Gain], ...]:
         """Every gain with the part that it belongs to."""
         return tuple((part, gain) for part in self.parts for gain in part.effect.gains)
 
@@ -156,7 +156,7 @@ class Bank:
             matrix[part.axis, k] = columns[k]
         return matrix
 
-    def _with_states(self, state: ca.SX) -> Iterator[tuple[Part, ca.SX]]:
+    def _with_states(self, state: ca.SX) -> Iterator[tuple[PlacedEffect, ca.SX]]:
         at = 0
         for part in self.parts:
             count = len(part.effect.states)

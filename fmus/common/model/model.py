@@ -10,7 +10,7 @@ import casadi as ca
 from flexhex.fmus.common import actuator
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.constraints import Coordinates
-from flexhex.fmus.common.model.dynamics import Motion, loads, platform_jacobian, project
+from flexhex.fmus.common.model.dynamics import FrameMotion, loads, platform_jacobian, project
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames
 from flexhex.fmus.common.model.linkage import FreeArms, Linkage, half_angles
@@ -54,9 +54,9 @@ class Model:
             return FreeArms(self.machine, half)
         return Linkage(self.frames, x, half)
 
-    def motion(self, xd: ca.SX, xdd: ca.SX) -> Motion:
+    def motion(self, xd: ca.SX, xdd: ca.SX) -> FrameMotion:
         """Velocities and accelerations of all frames."""
-        return Motion(Coordinates.split(xd, self.n), Coordinates.split(xdd, self.n), self.g)
+        return FrameMotion(Coordinates.split(xd, self.n), Coordinates.split(xdd, self.n), self.g)
 
     def basis(self, theta: ca.SX, z: ca.SX) -> ca.SX:
         """Nonlinear actuator basis of all joints (n n_basis,): z, cos, sin, ... joint by joint."""

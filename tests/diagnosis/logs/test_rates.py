@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Log, group_runs, read_log
-from flexhex.diagnosis.runs.blocks import Signal
+from flexhex.diagnosis.runs.blocks import TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
 from flexhex.diagnosis.runs.runs import runs_of
 from tests.compare import assert_close
@@ -122,8 +122,8 @@ def test_missing_samples_of_either_channel_do_not_speak_against_it(tmp_path: Pat
     assert "rates are those of thetad" in said(log)
 
 
-def signal(values: Array) -> Signal:
-    return Signal(0.0, TS, values[:, None], np.ones(len(values), dtype=bool))
+def signal(values: Array) -> TimeSeries:
+    return TimeSeries(0.0, TS, values[:, None], np.ones(len(values), dtype=bool))
 
 
 def test_measured_accelerations_carry_the_rates_between_the_steps_of_an_encoder(
@@ -146,7 +146,7 @@ def test_measured_accelerations_carry_the_rates_between_the_steps_of_an_encoder(
 
 def test_faster_channel_is_averaged_over_the_samples_it_stands_for(tmp_path: Path) -> None:
     log = written(tmp_path / "a.csv", 1e-3, ",rad/s2", thetadd=acceleration(T) + noise(0.5))
-    slow = Signal(0.0, 10 * TS, log.theta[::10], np.ones(len(T[::10]), dtype=bool))
+    slow = TimeSeries(0.0, 10 * TS, log.theta[::10], np.ones(len(T[::10]), dtype=bool))
     moved = motion_of(slow, None, log["thetadd"])
     off = moved.thetadd[:, 0] - acceleration(moved.time)
     # means of nine samples have a third of the noise

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.robot_file import read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
-from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.machine.sections import Tolerance
 from tests.diagnosis.robots.simulated import EVERY, FILE, SECONDS, STEP, machine, wanted
@@ -66,7 +66,7 @@ def messages(angle: Change, torque: Change, zero: Array | float = 0.0, file: Pat
     for seed, (q, v, a, tau) in enumerate(logged()):
         motion = Motion(0.0, 5 * TS, angle(q) + zero, angle(v), angle(a))
         valid = np.ones(len(q), dtype=bool)
-        signal = Signal(0.0, 5 * TS, torque(tau), valid)
+        signal = TimeSeries(0.0, 5 * TS, torque(tau), valid)
         runs.append(Run(str(seed), str(seed), motion, valid, signal))
     base = RobotBase(file, read_robot(file, (), N), Tolerance(), 5 * TS)
     if text := mispaired(base, runs):
