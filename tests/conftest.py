@@ -67,10 +67,10 @@ def machine() -> Machine:
 @pytest.fixture(scope="session")
 def builder() -> Builder:
     """FMUs and system descriptions of the default machine, built under out/test."""
-    made = Builder(MACHINE_FILE, OUT)
+    building = Builder(MACHINE_FILE, OUT)
     with one_at_a_time(OUT):
-        made.systems()
-    return made
+        building.systems()
+    return building
 
 
 @pytest.fixture(scope="session")

@@ -18,24 +18,26 @@ class Keep:
 
     def __init__(self, room: int = ROOM) -> None:
         self.room, self.taken = room, 0
-        self._found: dict[Hashable, dict[int, NDArray[np.float32]]] = {}
+        self._columns: dict[Hashable, dict[int, NDArray[np.float32]]] = {}
 
     def __contains__(self, key: Hashable) -> bool:
-        return key in self._found
+        return key in self._columns
 
     def add(self, key: Hashable, axis: int, columns: Array) -> None:
         """Keep columns (R, k) of an axis."""
         short = columns.astype(np.float32)
-        self._found.setdefault(key, {})[axis] = short
+        self._columns.setdefault(key, {})[axis] = short
         self.taken += short.nbytes
 
     def side_by_side(self, keys: Sequence[Hashable]) -> Mapping[int, Array]:
         """Columns (R, keys * k) of each axis, of keys that are kept; then what was asked for
         longest ago makes room."""
-        parts = [self._found[key] for key in keys]
+        parts = [self._columns[key] for key in keys]
         for key in dict.fromkeys(keys):
-            self._found[key] = self._found.pop(key)
+            self._columns[key] = self._columns.pop(key)
         stacked = {i: np.hstack([p[i] for p in parts]).astype(np.float64) for i in parts[0]}
-        while self.taken > self.room and len(self._found) > 1:
-            self.taken -= sum(v.nbytes for v in self._found.pop(next(iter(self._found))).values())
+        while self.taken > self.room and len(self._columns) > 1:
+            self.taken -= sum(
+                v.nbytes for v in self._columns.pop(next(iter(self._columns))).values()
+            )
         return stacked

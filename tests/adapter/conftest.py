@@ -29,15 +29,15 @@ def toy(toy_fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Binary:
 @pytest.fixture
 def make(toy: Binary) -> Iterator[Make]:
     """Makes instances of the toy."""
-    made: list[Slave] = []
+    instances: list[Slave] = []
 
     def instance(name: str = "one", **options: object) -> Slave:
         slave = Slave(toy, name, **options)  # type: ignore[arg-type]
-        made.append(slave)
+        instances.append(slave)
         return slave
 
     yield instance
-    for slave in made:
+    for slave in instances:
         if slave.c:
             slave.free()
 

@@ -72,10 +72,10 @@ def bits(value: float) -> str:
 
 def answers(folder: Path, name: str, platform: str) -> np.ndarray:
     """Outputs of the platform's binary, run here."""
-    made_by, sources = tool(platform), folder / "sources"
+    compiler, sources = tool(platform), folder / "sources"
     program = folder / f"vectors-{platform}.exe"
     libraries = [] if platform == "win64" else ["-ldl"]
-    command = [*made_by.command, *made_by.flags, f"-I{sources}", str(HERE / "vectors.c")]
+    command = [*compiler.command, *compiler.flags, f"-I{sources}", str(HERE / "vectors.c")]
     run([*command, "-o", str(program), *libraries], folder)
     (folder / "table.txt").write_text(table(folder, name))
     library = f"binaries/{platform}/{name}.{PLATFORMS[platform].suffix}"

@@ -47,11 +47,11 @@ def searched(
         fit = SimpleNamespace(bench=bench, geared=geared)
         return SimpleNamespace(fit=fit, accepted=[fit] if named else [])
 
-    bench = lambda made, known: SimpleNamespace(model=made, forget=lambda: None)  # noqa: E731
+    bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
     monkeypatch.setattr(workflow, "selected", side)
     monkeypatch.setattr(workflow, "before_of", lambda side: side.fit.bench.model)
-    monkeypatch.setattr(workflow, "beside", lambda held: models[models.index(held.bench.model) + 1])
+    monkeypatch.setattr(workflow, "beside", lambda fit: models[models.index(fit.bench.model) + 1])
     start: Any = models[0]
     before, last = workflow._mechanism(start, [], [], lambda text: None)
     assert before is requests[0]  # type: ignore[comparison-overlap]

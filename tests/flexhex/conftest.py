@@ -25,8 +25,8 @@ ADDED = "out/extended.toml"
 class Workflow:
     """Stands for diagnosis.workflow and for what adds to a machine file."""
 
-    def __init__(self, found: Diagnosis) -> None:
-        self.answer: Diagnosis | Exception = found
+    def __init__(self, diagnosis: Diagnosis) -> None:
+        self.answer: Diagnosis | Exception = diagnosis
         self.seen: dict[str, Any] = {}
         self.added = False
 
@@ -53,7 +53,7 @@ class Workflow:
 
     def add(
         self,
-        found: Diagnosis,
+        diagnosis: Diagnosis,
         machine_file: Path,
         out: Path,
         runs: list[Path],
@@ -64,28 +64,28 @@ class Workflow:
         """As the real one is called."""
         say("building the extended model")
         self.added = True
-        return replace(found, machine=ADDED)
+        return replace(diagnosis, machine=ADDED)
 
 
 @pytest.fixture
 def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
     """A workflow that names Coulomb friction."""
-    made = Workflow(BASIC)
-    monkeypatch.setattr("flexhex.diagnosis.workflow.diagnose", made.diagnose)
-    monkeypatch.setattr("flexhex.diagnose.apply.add", made.add)
+    stand_in = Workflow(BASIC)
+    monkeypatch.setattr("flexhex.diagnosis.workflow.diagnose", stand_in.diagnose)
+    monkeypatch.setattr("flexhex.diagnose.apply.add", stand_in.add)
     monkeypatch.setattr(
-        "flexhex.diagnosis.planning.experiment.with_experiments", lambda found, *more: found
+        "flexhex.diagnosis.planning.experiment.with_experiments", lambda diagnosis, *more: diagnosis
     )
-    return made
+    return stand_in
 
 
 @pytest.fixture
 def app() -> typer.Typer:
     """The command as `flexhex.cli` registers it."""
-    made = typer.Typer()
-    made.command("diagnose", cls=options.Greedy)(command.diagnose_command)
-    made.callback()(lambda: None)
-    return made
+    application = typer.Typer()
+    application.command("diagnose", cls=options.Greedy)(command.diagnose_command)
+    application.callback()(lambda: None)
+    return application
 
 
 @pytest.fixture
@@ -102,6 +102,6 @@ def call(app: typer.Typer, tmp_path: Path) -> Callable[..., Any]:
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """One headless Chromium for the tests of a file."""
-    made = Browser(tmp_path_factory.mktemp("profile"))
-    yield made
-    made.close()
+    opened = Browser(tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()

@@ -33,7 +33,7 @@ class Case:
     since: int = AT
     changes: tuple[tuple[str, str], ...] = ()
     seconds: float = 2.5
-    held: bool = True
+    holdable: bool = True
     """False: no drive can hold it, so only what is said is checked; the row shows the rest."""
 
 
@@ -97,10 +97,10 @@ CASES = (
     Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "zero", 4, since=0,
          changes=((REST_RAD, RESTS[1].replace("-0.29", "0.29")),)),
     Case("axis pushed by -3 N m for ever", push(-3, cycle=HOLD), "feedback_torque", "land", 4,
-         since=HOLD, seconds=4.0, held=False),
+         since=HOLD, seconds=4.0, holdable=False),
     Case("axis pushed by 20 N m for 20 ms", push(20, 80), since=AT + 80),
     Case("axis pushed by 8 N m for 20 ms", push(8, 80), since=AT + 80),
-    Case("axis pushed by -30 N m for ever", push(-30), "speed", "land", 4, held=False),
+    Case("axis pushed by -30 N m for ever", push(-30), "speed", "land", 4, holdable=False),
     Case(UNLIKE, fault("torque_frozen", position=1), "measured_torque", "zero", 2),
     Case("torque constant too small by the square root of 2", "drives.torque_constant = 2.1213\n",
          since=0),
@@ -122,9 +122,9 @@ CASES = (
     Case("encoder frozen, with `damp`", fault("encoder_frozen", position=3), "frozen_encoder",
          "damp", 4, changes=(DAMP,)),
     Case("encoder frozen in the lift-off, with `damp`", fault("encoder_frozen", 9447, position=5),
-         "frozen_encoder", "damp", 6, since=9447, changes=(DAMP,), held=False),
+         "frozen_encoder", "damp", 6, since=9447, changes=(DAMP,), holdable=False),
     Case("encoder jumps in the landing, with `damp`", fault("encoder_jump", 22_800, position=5),
-         since=22_800, changes=(DAMP,), held=False),
+         since=22_800, changes=(DAMP,), holdable=False),
     Case("drive fault in the lift-off", fault("drive_fault", LIFT, position=2), "drive_fault",
          "zero", 3, since=LIFT),
     Case("drive drops to SAFE-OP in the lift-off", fault("safe_op", LIFT, position=4), "al_state",
@@ -173,5 +173,5 @@ def ends_as_said(case: Case, bench: Bench, falls: Table) -> None:
     assert row.unknown == case.unknown
     good = not trips and not case.unknown and not ran.one("summary")["landing_trip"]
     assert ran.code == (0 if good else 1)
-    if case.held:
+    if case.holdable:
         fallen.ends_at_rest(case.since)

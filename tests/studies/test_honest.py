@@ -11,22 +11,22 @@ import pytest
 from studies import honest_tables as tables
 from studies.honest import Outcome, score
 
-Found = dict[str, Any]
+Data = dict[str, Any]
 
 
-def effect(id: str, axes: Sequence[int], *rivals: str, **intervals: tuple[float, float]) -> Found:
+def effect(id: str, axes: Sequence[int], *rivals: str, **intervals: tuple[float, float]) -> Data:
     """An effect of an answer."""
     rows = {name: {"value": sum(ends) / 2, "ci95": list(ends)} for name, ends in intervals.items()}
     return {"id": id, "axes": list(axes), "rivals": list(rivals), "parameters": rows}
 
 
-def said(verdict: str, *effects: Found, changed: Sequence[str] = ()) -> Found:
+def said(verdict: str, *effects: Data, changed: Sequence[str] = ()) -> Data:
     """An answer."""
     rows = [{"parameter": name} for name in changed]
     return {"verdict": verdict, "effects": list(effects), "changed": rows}
 
 
-def hides(id: str, axes: Sequence[int], observable: float = 0.02, inside: bool = True) -> Found:
+def hides(id: str, axes: Sequence[int], observable: float = 0.02, inside: bool = True) -> Data:
     """A hidden effect of a truth."""
     return {
         "id": id,
@@ -39,7 +39,7 @@ def hides(id: str, axes: Sequence[int], observable: float = 0.02, inside: bool =
     }
 
 
-def truth(category: str, *hidden: Found, changed: Sequence[Found] = ()) -> Found:
+def truth(category: str, *hidden: Data, changed: Sequence[Data] = ()) -> Data:
     """A sealed truth."""
     head = {"seed": 1, "family": "mujoco", "machine": "arm", "category": category}
     runs = {"passes": 2, "trajectories": ["move"] * 3}
@@ -101,7 +101,7 @@ NONE, UNKNOWN, DUMB = said("none"), said("unknown"), said("cannot tell")
         (HEAVY, UNKNOWN, "unknown"),
     ],
 )
-def test_outcome_of_an_answer(hidden: Found, answer: Found, outcome: str) -> None:
+def test_outcome_of_an_answer(hidden: Data, answer: Data, outcome: str) -> None:
     assert score(answer, hidden).outcome == outcome
 
 
@@ -120,7 +120,7 @@ def test_no_answer_is_an_outcome_of_its_own(error: str) -> None:
         {"verdict": "named", "effects": [{"axes": [1]}], "changed": []},
     ],
 )
-def test_an_answer_of_another_form_is_refused(answer: Found) -> None:
+def test_an_answer_of_another_form_is_refused(answer: Data) -> None:
     with pytest.raises(ValueError, match="answer: "):
         score(answer, DRAG)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from studies.honest import score
-from tests.studies.test_honest import DRAG, NONE, Found, effect, hides, rows, said, truth
+from tests.studies.test_honest import DRAG, NONE, Data, effect, hides, rows, said, truth
 
 PLAIN = truth(
     "plain",
@@ -21,7 +21,7 @@ PLAIN = truth(
 )
 
 
-def wave(*orders: float) -> Found:
+def wave(*orders: float) -> Data:
     """Cogging of some orders on axis 1, and of the first one on axis 2."""
     names = ["order[1]", *(f"order[1]#{k}" for k in range(2, len(orders) + 1)), "order[2]"]
     ends = {n: (o - 0.1, o + 0.1) for n, o in zip(names, [*orders, orders[0]], strict=True)}
@@ -51,7 +51,7 @@ def residual(
     after: float,
     non_repeatable: float | None = 1.0,
     judged_on: str = "held-out runs",
-) -> Found:
+) -> Data:
     """Residuals of axis 2; axis 1 has none of it."""
     other = {"before": 9.0, "after": 9.0, "non_repeatable": 1.0}
     own = {"before": before, "after": after, "non_repeatable": non_repeatable}
