@@ -92,9 +92,9 @@ class Columns:
         """Filtered and thinned (..., runs, fewer)."""
         return hann(signal[..., self.skip :])[..., :: self.every]
 
-    def left(self, gap: Array) -> Array:
-        """RMS (6,) [N m] of what remains of a gap (6, runs, samples) after the best parameters."""
-        y = self.thin(gap).reshape(6, -1)
+    def left(self, contribution: Array) -> Array:
+        """RMS (6,) [N m] of what the best parameters leave of a contribution (6, runs, samples)."""
+        y = self.thin(contribution).reshape(6, -1)
         rest = y.ravel() - self.basis @ (self.basis.T @ y.ravel())
         return np.asarray(np.sqrt(np.mean(rest.reshape(y.shape) ** 2, axis=1)))
 

@@ -96,17 +96,25 @@ def _clean(p: Prepared, log: dict[str, Array]) -> Clean:
     motion = q, v, np.gradient(v, 1 / RATE, axis=-1)
     bare = p.base.torque(*motion)
     rms = np.sqrt(np.mean(bare[..., round(WARM * RATE) :] ** 2, axis=(1, 2)))
-    reading, gaps = motion, []
+    reading, contributions = motion, []
     for s in p.scaled:
         if isinstance(s.effect, Torque):
-            gaps.append(s.gain[:, None, None] * shape(s.effect, p.clock, *motion))
+            contributions.append(s.gain[:, None, None] * shape(s.effect, p.clock, *motion))
         elif isinstance(s.effect, Motor):
-            gaps.append(log["i"] - s.effect.real(s.gain, log["i"], p.clock, q))
+            contributions.append(log["i"] - s.effect.real(s.gain, log["i"], p.clock, q))
         elif isinstance(s.effect, Encoder):
             reading = s.effect.reading(s.gain, *reading)
-            gaps.append(bare - p.base.torque(*reading))
+            contributions.append(bare - p.base.torque(*reading))
         elif isinstance(s.effect, Drive):
-            gaps.append(signal_of(s.effect, s.gain, p.base, p.clock, motion, log["i"]))
+            contributions.append(signal_of(s.effect, s.gain, p.base, p.clock, motion, log["i"]))
     return Clean(
-        p.clock, *reading, log["i"], log["tau"], p.ref[0], tuple(gaps), p.scaled, rms, p.base
+        p.clock,
+        *reading,
+        log["i"],
+        log["tau"],
+        p.ref[0],
+        tuple(contributions),
+        p.scaled,
+        rms,
+        p.base,
     )

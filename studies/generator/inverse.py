@@ -36,8 +36,8 @@ class Clean:
     """All runs before the logger, (6, runs, samples); the first WARM seconds are not logged.
 
     clock (runs, samples) [s] since the machine was switched on; q, v, a the motion as the encoder
-    shows it; i the reported torque, tau the command [N m]; gaps: what each effect puts between
-    reported torque and the true base model at that motion (a drive effect: command less
+    shows it; i the reported torque, tau the command [N m]; contributions: what each effect puts
+    between reported torque and the true base model at that motion (a drive effect: command less
     reported); rms (6,) [N m] of the base torque.
     """
 
@@ -48,7 +48,7 @@ class Clean:
     i: Array
     tau: Array
     r: Array
-    gaps: tuple[Array, ...]
+    contributions: tuple[Array, ...]
     scaled: tuple[Scaled, ...]
     rms: Array
     base: Base
@@ -130,13 +130,13 @@ def simulate(case: Case) -> Clean:
     clock, ref = clocks(case), references(case)
     m_ref = base.torque(*ref)
     ref_m = m_ref - nominal.torque(*ref)
-    q, v, a, m, gap = (np.repeat(x, case.passes, axis=1) for x in (*ref, m_ref, ref_m))
+    q, v, a, m, torque_error = (np.repeat(x, case.passes, axis=1) for x in (*ref, m_ref, ref_m))
     scaled = tuple(scale(h, base, clock, (q, v, a), m) for h in case.hidden)
     for s in scaled:
         if isinstance(s.effect, Torque | Motor):
-            gap = gap + signal(s.effect, s.gain, base, clock, (q, v, a), m)
+            torque_error = torque_error + signal(s.effect, s.gain, base, clock, (q, v, a), m)
     w = disturbance(case.noise, *clock.shape)
-    motion = _followed((q, v, a), gap + w)
+    motion = _followed((q, v, a), torque_error + w)
     return _composed(base, scaled, clock, motion, w, q)
 
 
@@ -151,27 +151,27 @@ def _followed(ref: Motion, whole: Array) -> Motion:
 def _composed(
     base: Base, scaled: tuple[Scaled, ...], clock: Array, motion: Motion, w: Array, r: Array
 ) -> Clean:
-    """Torques that a motion takes, from the joint back to the command, with every effect's gap."""
+    """Torques that a motion takes, from the joint back to the command, with each contribution."""
     kinds = (Torque, Motor, Drive, Encoder)
     of = {kind: [s for s in scaled if isinstance(s.effect, kind)] for kind in kinds}
-    bare, gaps = base.torque(*motion), {}
+    bare, contributions = base.torque(*motion), {}
     m = bare + w
     for s in of[Torque]:
-        gaps[s.hidden] = signal(s.effect, s.gain, base, clock, motion, m)
-        m = m + gaps[s.hidden]
+        contributions[s.hidden] = signal(s.effect, s.gain, base, clock, motion, m)
+        m = m + contributions[s.hidden]
     i, reading = m, motion
     for s in of[Motor]:
-        gaps[s.hidden] = signal(s.effect, s.gain, base, clock, motion, i)
-        i = i + gaps[s.hidden]
+        contributions[s.hidden] = signal(s.effect, s.gain, base, clock, motion, i)
+        i = i + contributions[s.hidden]
     for s in of[Encoder]:
         assert isinstance(s.effect, Encoder)
         reading = s.effect.reading(s.gain, *reading)
-        gaps[s.hidden] = bare - base.torque(*reading)
+        contributions[s.hidden] = bare - base.torque(*reading)
     tau = i + CURRENT_LOOP * np.gradient(i, 1 / RATE, axis=-1)
     for s in of[Drive]:
-        gaps[s.hidden] = signal(s.effect, s.gain, base, clock, motion, tau)
-        tau = tau + gaps[s.hidden]
+        contributions[s.hidden] = signal(s.effect, s.gain, base, clock, motion, tau)
+        tau = tau + contributions[s.hidden]
     logged = slice(round(WARM * RATE), None)
     rms = np.sqrt(np.mean(bare[..., logged] ** 2, axis=(1, 2)))
-    ordered = tuple(gaps[s.hidden] for s in scaled)
+    ordered = tuple(contributions[s.hidden] for s in scaled)
     return Clean(clock, *reading, i, tau, r, ordered, scaled, rms, base)

@@ -99,10 +99,12 @@ def truth_of(case: Case, clean: Clean) -> dict[str, Any]:
     q, v, a = (x[:, first] for x in (clean.q, clean.v, clean.a))
     columns = Columns(clean.base, q, v, a, skip) if clean.scaled else None
     hidden = []
-    for scaled, gap in zip(clean.scaled, clean.gaps, strict=True):
+    for scaled, contribution in zip(clean.scaled, clean.contributions, strict=True):
         assert columns is not None
-        rms = np.sqrt(np.mean(gap[:, :open_runs, skip:] ** 2, axis=(1, 2)))
-        hidden.append(_effect(scaled, rms, _seen(scaled, gap[:, first], columns), clean.rms))
+        rms = np.sqrt(np.mean(contribution[:, :open_runs, skip:] ** 2, axis=(1, 2)))
+        hidden.append(
+            _effect(scaled, rms, _seen(scaled, contribution[:, first], columns), clean.rms)
+        )
     return {
         "family": FAMILY,
         "seed": case.seed,
@@ -124,12 +126,12 @@ def truth_of(case: Case, clean: Clean) -> dict[str, Any]:
     }
 
 
-def _seen(scaled: Scaled, gap: Array, columns: Columns) -> Array:
+def _seen(scaled: Scaled, contribution: Array, columns: Columns) -> Array:
     """RMS (6,) of an effect that the base model cannot take up; a drive effect lies between two
     measured channels, where there is nothing to take it up."""
     if isinstance(scaled.effect, Drive):
-        return np.asarray(np.sqrt(np.mean(columns.thin(gap) ** 2, axis=(1, 2))))
-    return columns.left(gap)
+        return np.asarray(np.sqrt(np.mean(columns.thin(contribution) ** 2, axis=(1, 2))))
+    return columns.left(contribution)
 
 
 def _effect(scaled: Scaled, rms: Array, seen: Array, torque: Array) -> dict[str, Any]:

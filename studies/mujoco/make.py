@@ -16,7 +16,7 @@ from studies.mujoco.effect import Effect, Motion
 from studies.mujoco.logger import heavy, logged, write
 from studies.mujoco.machine import Array, Machine, loaded, toml, triple
 from studies.mujoco.model import compiled, inverse
-from studies.mujoco.observable import gap, observable
+from studies.mujoco.observable import contribution, observable
 from studies.mujoco.place import Place
 from studies.mujoco.simulate import Plant, Record, UnstableLoopError, gains_of, run
 
@@ -201,10 +201,10 @@ def truth_of(simulated: Simulated) -> dict[str, Any]:
 def _effect_row(simulated: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[str, Any]:
     """One effect: names and axes that are right, true parameters, size and what can be seen."""
     case, effect = simulated.case, simulated.effects[k]
-    gaps = [gap(case, simulated.effects, k, record) for record in fitted]
-    own = np.sqrt(np.mean(np.concatenate(gaps) ** 2, axis=0))
-    free = observable(case, gaps, fitted)
-    rubbed = observable(case, gaps, fitted, friction=True)
+    contributions = [contribution(case, simulated.effects, k, record) for record in fitted]
+    own = np.sqrt(np.mean(np.concatenate(contributions) ** 2, axis=0))
+    free = observable(case, contributions, fitted)
+    rubbed = observable(case, contributions, fitted, friction=True)
     axes = list(effect.axes)
     whole = float(np.linalg.norm(rms[axes]))
     return {
@@ -226,8 +226,10 @@ def _payload(case: Case, fitted: list[Record], rms: Array) -> list[dict[str, Any
         return []
     bare, heavier = (compiled(m, case.step, ()) for m in (case.machine, _heavier(case)))
     thin = [replace(r, q=r.q[::7], v=r.v[::7], a=r.a[::7]) for r in fitted]
-    gaps = [(inverse(heavier, r.q, r.v, r.a) - inverse(bare, r.q, r.v, r.a))[:, r.at] for r in thin]
-    own = np.sqrt(np.mean(np.concatenate(gaps) ** 2, axis=0))
+    contributions = [
+        (inverse(heavier, r.q, r.v, r.a) - inverse(bare, r.q, r.v, r.a))[:, r.at] for r in thin
+    ]
+    own = np.sqrt(np.mean(np.concatenate(contributions) ** 2, axis=0))
     last = case.machine.n
     return [
         {

@@ -22,7 +22,7 @@ NUDGE = 1e-4
 State = tuple[Array, Array, Array, Array | None]
 
 
-def gap(case: Case, effects: Sequence[Effect], k: int, record: Record) -> Array:
+def contribution(case: Case, effects: Sequence[Effect], k: int, record: Record) -> Array:
     """Torque (samples, n) that is reported on account of effect k and of nothing else."""
     effect, n = effects[k], case.machine.n
     out = np.zeros((len(record.q), n))
@@ -130,10 +130,10 @@ def _bodies(model: mujoco.MjModel, state: State, at: Array) -> tuple[list[Array]
 
 
 def observable(
-    case: Case, gaps: Sequence[Array], records: Sequence[Record], friction: bool = False
+    case: Case, contributions: Sequence[Array], records: Sequence[Record], friction: bool = False
 ) -> Array:
-    """RMS (n,) of the gap that no base parameter can take up, one set for all records; both
-    thinned. Weighted by each axis' torque RMS."""
+    """RMS (n,) of the contribution that no base parameter can take up, one set for all records;
+    both thinned. Weighted by each axis' torque RMS."""
     few = ROWS // (1 + 2 * (case.machine.chain is not None))
     thin = [slice(None, None, max(1, len(r.q) // few)) for r in records]
     scale = np.sqrt(np.mean(np.concatenate([r.u for r in records]) ** 2, axis=0))
@@ -143,7 +143,7 @@ def observable(
             for r, s in zip(records, thin, strict=True)
         ]
     )
-    y = np.concatenate([g[s] / scale for g, s in zip(gaps, thin, strict=True)])
+    y = np.concatenate([g[s] / scale for g, s in zip(contributions, thin, strict=True)])
     flat = A.reshape(-1, A.shape[2])
     flat = flat / np.maximum(np.linalg.norm(flat, axis=0), 1e-300)
     solved = np.linalg.lstsq(flat, y.ravel(), rcond=1e-8)[0]

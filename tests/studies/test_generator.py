@@ -103,14 +103,15 @@ def test_trajectory_stays_within_stroke_and_knows_its_derivatives(kind: str) -> 
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("id", ALL)
 def test_effect_reaches_the_torque_at_its_size(id: str) -> None:
-    """What is logged, less the base model at the logged motion and the disturbance, is the gap,
-    and the gap has the stated size on its joint and none elsewhere (a tilt has it on the whole).
+    """What is logged, less the base model at the logged motion and the disturbance, is its
+    contribution, and that has the stated size on its joint and none elsewhere (a tilt: on the
+    whole).
 
     Sizes are set along the reference; the loop's error changes them by up to a quarter on
     these short runs. A limited effect may be smaller, never absent.
     """
     case, clean = runs(id)
-    (scaled,), (gap,) = clean.scaled, clean.gaps
+    (scaled,), (contribution,) = clean.scaled, clean.contributions
     rest = clean.i - clean.base.torque(clean.q, clean.v, clean.a)
     rest = rest - disturbance(case.noise, *clean.clock.shape)
     # the signal between command and torque for a drive effect, with the lag that is nominal
@@ -118,8 +119,8 @@ def test_effect_reaches_the_torque_at_its_size(id: str) -> None:
         lag = np.gradient(clean.i, 1 / RATE, axis=-1) / (2 * np.pi * 1000)
         assert_close(rest, np.zeros(rest.shape), atol=1e-10)
         rest = clean.tau - clean.i - lag
-    assert_close(rest, gap, atol=1e-9, what=id)
-    size = np.sqrt(np.mean(gap[..., FIRST:] ** 2, axis=(1, 2))) / clean.rms
+    assert_close(rest, contribution, atol=1e-9, what=id)
+    size = np.sqrt(np.mean(contribution[..., FIRST:] ** 2, axis=(1, 2))) / clean.rms
     if id == "gravity_tilt":
         assert 0.005 < np.linalg.norm(size * clean.rms) / np.linalg.norm(clean.rms) < 0.015
         return
@@ -135,19 +136,19 @@ def test_tilt_is_gravity_to_the_side_in_every_joint() -> None:
     on the heading (with this one 3 and 4 get a tenth of the others'), so no least share is asked.
     """
     case, clean = runs("gravity_tilt")
-    (tilt,), (gap,) = clean.scaled, clean.gaps
+    (tilt,), (contribution,) = clean.scaled, clean.contributions
     assert isinstance(tilt.effect, Tilt)
     heading = np.array([np.cos(tilt.effect.heading), np.sin(tilt.effect.heading), 0.0])
     aside = replace(case.truth, g=np.linalg.norm(case.truth.g) * heading)
     for run, sample in ((0, FIRST), (0, -1), (2, FIRST), (2, -1)):
-        result, q = gap[:, run, sample], clean.q[:, run, sample]
+        result, q = contribution[:, run, sample], clean.q[:, run, sample]
         assert_close(result, tilt.gain * lagrange.gravity_torque(aside, q), atol=1e-14)
 
 
 @pytest.mark.parametrize("id", ["coulomb_friction", "torque_ripple", "cogging_harmonic"])
 def test_effect_repeats_between_passes_and_noise_does_not(id: str) -> None:
     case, clean = runs(id)
-    first, second = clean.gaps[0][1, :2, FIRST:]
+    first, second = clean.contributions[0][1, :2, FIRST:]
     assert np.corrcoef(first, second)[0, 1] > 0.98
     one, two = disturbance(case.noise, *clean.clock.shape)[1, :2]
     # coloured noise of 1 Hz and more: some ten independent values in 3 s

@@ -19,7 +19,7 @@ from studies.mujoco.draw import draw
 from studies.mujoco.machine import Array, rotation
 from studies.mujoco.make import Simulated, make, runs_of, truth_of
 from studies.mujoco.model import compiled, inverse, places
-from studies.mujoco.observable import gap, observable
+from studies.mujoco.observable import contribution, observable
 from studies.mujoco.simulate import Record
 
 SEED = 5
@@ -122,7 +122,7 @@ def test_an_effect_is_in_the_logs_at_the_size_that_the_truth_says(kind: str, id:
     simulated = hidden(id, kind)
     record, axes = simulated.records[0][0], list(simulated.effects[0].axes)
     seen = unexplained(simulated.case, record)
-    torque = gap(simulated.case, simulated.effects, 0, record)
+    torque = contribution(simulated.case, simulated.effects, 0, record)
     size = np.sqrt(np.mean(torque**2, axis=0) / np.mean(record.u**2, axis=0))
     assert seen[axes] == pytest.approx(size[axes], rel=1e-3)
     assert size[axes].min() > 0.01
@@ -155,7 +155,9 @@ def test_a_gain_of_the_truth_is_that_of_the_machine() -> None:
     record = simulated.records[0][0]
     friction = truth_of(simulated)["hidden"][0]["parameters"]["F_c"]["value"][0]
     fast = np.abs(record.v[:, 0]) > 0.3 * np.abs(record.v[:, 0]).max()
-    jump = gap(simulated.case, simulated.effects, 0, record)[fast, 0] * np.sign(record.v[fast, 0])
+    jump = contribution(simulated.case, simulated.effects, 0, record)[fast, 0] * np.sign(
+        record.v[fast, 0]
+    )
     assert jump == pytest.approx(friction, rel=1e-3)
 
 
