@@ -8,7 +8,8 @@
 - outside the library: `detected` (unknown), `wrong` (a name), `missed` (none, changed or
   cannot tell; observable), `silent` (the same; too faint)
 - several effects: `all`, `some`, `none`, with `+wrong` where another name stands beside them
-- changed parameters, an unannounced payload: `right`, `wrong`, `unknown`, `missed`
+- changed parameters, an unannounced payload: `right`, `wrong`, `unknown`, `missed`, `silent`
+  (nothing reported of what is known to be too faint)
 - `cannot_tell` where that is the verdict and something is hidden that could be seen, `refused`
   where the engine raised an error of its own, `failed` any other error or no time left
 
@@ -102,7 +103,7 @@ def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str
         tuple(h["id"] for h in hidden) or changed,
         tuple(tuple(h["axes"]) for h in hidden),
         tuple(h["size"] for h in hidden),
-        tuple(h["observable"] for h in hidden),
+        tuple(h["observable"] for h in [*hidden, *truth["changed"]] if "observable" in h),
         outcome,
         content["verdict"],
         tuple(names_of(e) for e in effects),
@@ -214,4 +215,4 @@ def _changed(changed: Sequence[Mapping[str, Any]], answer: Mapping[str, Any]) ->
         return "right"
     if spare or answer["changed"]:
         return "wrong"
-    return "unknown" if answer["verdict"] == "unknown" else "missed"
+    return _silence(answer, max(c.get("observable", 1.0) for c in changed) >= FAINT)

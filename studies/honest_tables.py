@@ -67,7 +67,9 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
         return [o for o in listed if o.observable and min(o.observable) >= size]
 
     single, outside, changes = of("single"), of("outside"), of("changed", "payload")
-    empty = of("nothing") + [o for o in changes if o.outcome in ("silent", "false_alarm")]
+    # a payload that is announced is nothing hidden
+    empty = of("nothing")
+    empty += [o for o in changes if not o.observable and o.outcome in ("silent", "false_alarm")]
     seen, pairs = least(single, FAINT), least(of("pair", "plain"), OBSERVABLE)
     placed = [o for o in seen if o.outcome in (*FOUND, "right_name_wrong_axes")]
     empty_ends = (
@@ -108,7 +110,7 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
         ("a wrong name", "at most 3 %", wrong),
     )
     yield from _counted(f"two effects, both at least {OBSERVABLE:.0%}", pairs, pair_ends)
-    hushed = [o for o in changes if o not in empty]
+    hushed = [o for o in changes if o not in empty and min(o.observable, default=1.0) >= FAINT]
     change_ends = (("right", "at least 95 %", ended("right")), ("wrong", "", wrong))
     yield from _counted("changed parameters, payload between runs", hushed, change_ends)
 

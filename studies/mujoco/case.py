@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from studies.mujoco.machine import Machine
 
@@ -68,7 +69,7 @@ class Case:
     reference: bool
     ending: str
     hidden: tuple[Wanted, ...] = ()
-    changes: tuple[dict[str, object], ...] = field(default=())
+    changes: tuple[dict[str, Any], ...] = field(default=())
     payload: float = 0.0
     announced: bool = False
 

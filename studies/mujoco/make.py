@@ -16,7 +16,7 @@ from studies.mujoco.effect import Effect, Motion
 from studies.mujoco.logger import heavy, logged, write
 from studies.mujoco.machine import Array, Machine, loaded, toml, triple
 from studies.mujoco.model import compiled, inverse
-from studies.mujoco.observable import contribution, observable
+from studies.mujoco.observable import changed, contribution, observable
 from studies.mujoco.place import Place
 from studies.mujoco.simulate import Plant, Record, UnstableLoopError, gains_of, run
 
@@ -178,7 +178,7 @@ def truth_of(simulated: Simulated) -> dict[str, Any]:
         "category": case.category,
         "hidden": [row for row in rows if row["id"] not in own],
         "beside": [row for row in rows if row["id"] in own],
-        "changed": [*case.changes, *_payload(case, fitted, rms)],
+        "changed": [*_changes(case, fitted), *_payload(case, fitted, rms)],
         "torque_rms": rms.tolist(),
         "units": list(case.machine.units),
         "mass_error": case.mass_error,
@@ -219,6 +219,23 @@ def _effect_row(simulated: Simulated, k: int, fitted: list[Record], rms: Array) 
         "observable_per_axis": (free / np.maximum(rms, 1e-300)).tolist(),
         "parameters": effect.parameters(case.step),
     }
+
+
+def _changes(case: Case, fitted: list[Record]) -> list[dict[str, Any]]:
+    """Changes with what can be seen of them."""
+    rows = []
+    for change in case.changes:
+        k, kind = change["axis"] - 1, change["kind"]
+        links, was = list(case.machine.links), {kind: change["before"]}
+        links[k] = replace(links[k], **was)
+        before = replace(case.machine, links=tuple(links))
+        models = (compiled(m, case.step, ()) for m in (case.machine, before))
+        now, then = ([inverse(m, r.q, r.v, r.a)[:, r.at] for r in fitted] for m in models)
+        differences = [a - b for a, b in zip(now, then, strict=True)]
+        body = rf"body\[{k + 1}\]\."
+        own = body if kind == "mass" else rf"rotor\[{k + 1}\]|{body}I"
+        rows.append({**change, "observable": changed(case, differences, fitted, own)})
+    return rows
 
 
 def _payload(case: Case, fitted: list[Record], rms: Array) -> list[dict[str, Any]]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 import mujoco
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from studies.mujoco.case import Case
 from studies.mujoco.effect import Effect
@@ -149,6 +151,34 @@ def observable(
     solved = np.linalg.lstsq(flat, y.ravel(), rcond=1e-8)[0]
     left = (y.ravel() - flat @ solved).reshape(y.shape)
     return np.asarray(np.sqrt(np.mean(left**2, axis=0)) * scale)
+
+
+def changed(case: Case, gaps: Sequence[Array], records: Sequence[Record], own: str) -> float:
+    """RMS of what a changed parameter does to the torques, relative to theirs, that no other base
+    parameter can take up within two standard deviations of its tolerance; own: a regular expression
+    of the columns that may be reported for it."""
+    few = ROWS // (1 + 2 * (case.machine.chain is not None))
+    scale = np.sqrt(np.mean(np.concatenate([r.u for r in records]) ** 2, axis=0))
+    rows, right, names = list[Array](), list[Array](), list[str]()
+    for r, whole in zip(records, gaps, strict=True):
+        s = slice(None, None, max(1, len(r.q) // few))
+        _, names = columns(case, replace(r, q=r.q[:2], v=r.v[:2], a=r.a[:2], u=r.u[:2]), False)
+        rows.append(_thinned(case, r, s, False) / scale[:, None])
+        right.append(whole[s] / scale)
+    A, y = np.concatenate(rows).reshape(-1, len(names)), np.concatenate(right).ravel()
+    armature = np.array([link.armature for link in case.machine.links])
+    within = np.full(len(names), np.inf)
+    for k, name in enumerate(names):
+        if name.startswith("body"):
+            within[k] = 2 * case.mass_error
+        elif name.startswith("rotor"):
+            within[k] = 2 * case.mass_error * armature[int(name[6:-1]) - 1]
+    others = [k for k, name in enumerate(names) if not re.match(own, name) and within[k] > 0]
+    R = np.asarray(np.linalg.qr(np.column_stack([A[:, others], y]), mode="r"))
+    limits = within[others]
+    fit = lsq_linear(R[:, :-1], R[:, -1], (-limits, limits))
+    # sums over the axes, as of an effect
+    return float(np.sqrt(2 * fit.cost / y.size))
 
 
 def _thinned(case: Case, r: Record, s: slice, friction: bool) -> Array:

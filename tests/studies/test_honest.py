@@ -51,6 +51,7 @@ DENT = truth("outside", hides("dent", [1], 0.02, False))
 SMALL_DENT = truth("outside", hides("dent", [1], 0.009, False))
 TWO = truth("pair", hides("drag", [2]), hides("bend", [4]))
 HEAVY = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."]}])
+LIGHT = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."], "observable": 0.003}])
 LOAD = truth("payload", changed=[{"kind": "payload", "accept": ["payload"], "announced": True}])
 NONE, UNKNOWN, DUMB = said("none"), said("unknown"), said("cannot tell")
 
@@ -99,6 +100,9 @@ NONE, UNKNOWN, DUMB = said("none"), said("unknown"), said("cannot tell")
         (HEAVY, said("named", effect("drag", [2]), changed=["link[2].m"]), "wrong"),
         (HEAVY, NONE, "missed"),
         (HEAVY, UNKNOWN, "unknown"),
+        (HEAVY, DUMB, "cannot_tell"),
+        (LIGHT, NONE, "silent"),
+        (LIGHT, said("changed", changed=["link[1].m"]), "wrong"),
     ],
 )
 def test_outcome_of_an_answer(hidden: Data, answer: Data, outcome: str) -> None:

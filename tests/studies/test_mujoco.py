@@ -150,6 +150,19 @@ def test_what_the_base_model_can_take_up_is_not_observable() -> None:
     assert arm["observable_beside_friction"] < 1e-3 * arm["size"]
 
 
+def test_a_changed_rotor_is_observable_as_far_as_no_other_parameter_makes_up_for_it() -> None:
+    case = quiet(draw(3070))
+    assert case.changes[0]["kind"] == "armature"
+
+    def observable_with(mass_error: float) -> float:
+        (change,) = truth_of(runs_of(replace(case, mass_error=mass_error)))["changed"]
+        return float(change["observable"])
+
+    exact, usual, vague = (observable_with(error) for error in (0.0, 0.02, 10.0))
+    assert 0.5 * usual > vague
+    assert exact > usual > 0.3 * exact
+
+
 def test_a_gain_of_the_truth_is_that_of_the_machine() -> None:
     simulated = hidden("coulomb_friction", "axis")
     record = simulated.records[0][0]
