@@ -195,6 +195,6 @@ def _verdict(
             notes.append(
                 "it may be the error of the encoder, which repeats: finer angles would tell"
             )
-            return "cannot tell"
+            return "changed" if changed else "cannot tell"
         return "unknown"
     return "changed" if changed else "none"

@@ -12,6 +12,19 @@ from flexhex.diagnosis.selection.hypothesis import HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 
 
+def moved_gain(moments: Moments) -> float:
+    """What a model loses if the bodies that have another mass get the machine file's again, and all
+    other parameters follow [nats]."""
+    model = moments.rows.model
+    moved = np.array([known.nominal - known.written for known in model.known])
+    step = np.zeros(moments.m)
+    step[: len(moved)] = np.divide(moved, model.scale, where=moved != 0, out=np.zeros(len(moved)))
+    (G, b), fit = moments.gram(None), moments.fit(None)
+    back = b + G @ step
+    worse = step @ (b + back) - back @ fit.solve(back) + b @ fit.q
+    return float(worse) / 2
+
+
 def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
     """The same beside a base model in which a body has the mass that a fit gives it."""
     model, places, ways = bench.model, list(body.places), body.direction

@@ -54,6 +54,11 @@ class Hypotheses:
         self._keep = Keep()
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
+    def forget(self) -> None:
+        """Let go of the columns, which take most of the memory; scores still refer to all else."""
+        self._keep.forget()
+        self.bench.forget()
+
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
         for name in self.bench.names(axis):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-ROOM = 300_000_000
+ROOM = 600_000_000
 """Room for columns [bytes]."""
 
 
@@ -28,6 +28,11 @@ class Keep:
         short = columns.astype(np.float32)
         self._columns.setdefault(key, {})[axis] = short
         self.taken += short.nbytes
+
+    def forget(self) -> None:
+        """Let go of all columns."""
+        self._columns.clear()
+        self.taken = 0
 
     def side_by_side(self, keys: Sequence[Hashable]) -> Mapping[int, Array]:
         """Columns (R, keys * k) of each axis, of keys that are kept; then what was asked for

@@ -12,11 +12,12 @@ from flexhex.diagnosis.selection.moments import Moments
 
 @dataclass(frozen=True)
 class Rest:
-    """What repeats of an axis' torque and is explained by nothing: relative RMS, and how many
-    standard errors it stands above zero."""
+    """What repeats of an axis' torque and is explained by nothing: relative RMS, how many standard
+    errors it stands above zero, and what to explain all of it would gain at most [nats]."""
 
     size: float
     deviations: float
+    gain: float = 0.0
 
 
 def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[float, ...]:
@@ -42,6 +43,6 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
         weight = float(there @ (pairs @ there)) or np.inf
         size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
         # whitened noise has a variance of one
-        sure = abs(float(white @ (pairs @ white))) / chance
-        rests.append(Rest(float(size), sure))
+        squares = abs(float(white @ (pairs @ white)))
+        rests.append(Rest(float(size), squares / chance, squares / 2))
     return tuple(rests)

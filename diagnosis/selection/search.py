@@ -196,24 +196,21 @@ class Search:
         gain = together(self.moments, self.moments.without(*terms), terms)
         return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
 
-    def instead(self, beside: Sequence[Score]) -> dict[int, Score]:
-        """Of each axis something without a name that predicts better, in the place of all effects
-        that were accepted there, than these do, with the errors of their form and what has no name
-        `beside` them on each axis: then they only imitate it."""
-        replacements = dict[int, Score]()
-        for axis, left in enumerate(beside):
-            own = self._own(axis)
-            if not own:
-                continue
-            terms = [term for _, both in own for term in both]
-            rest = self.moments.without(*terms)
-            other = generic_score(rest, self.hypotheses.generic(axis))
-            gain = together(self.moments, rest, terms) + max(left.gain, 0.0)
-            gain -= sum(log(score.hypothesis.choices) for score, _ in own)
-            error = max(form_error(score, self.criteria) for score, _ in own)
-            if not as_good(gain, other.gain, error, self.criteria):
-                replacements[axis] = other
-        return replacements
+    def nameless(self, axis: int) -> tuple[Score, Score | None]:
+        """Something without a name on an axis beside all that was accepted, and in the place of all
+        effects that were accepted there, if it predicts better than these do with the errors of
+        their form and with the former beside them: then they only imitate it."""
+        listed = self.hypotheses.generic(axis)
+        beside, own = generic_score(self.moments, listed), self._own(axis)
+        if not own:
+            return beside, None
+        terms = [term for _, both in own for term in both]
+        rest = self.moments.without(*terms)
+        other = generic_score(rest, listed)
+        gain = together(self.moments, rest, terms) + max(beside.gain, 0.0)
+        gain -= sum(log(score.hypothesis.choices) for score, _ in own)
+        error = max(form_error(score, self.criteria) for score, _ in own)
+        return beside, None if as_good(gain, other.gain, error, self.criteria) else other
 
     def _anew(self, place: int) -> None:
         before, terms = self.accepted.pop(place), self.terms.pop(place)

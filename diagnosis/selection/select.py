@@ -15,13 +15,13 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.bars import bars_of, passes
 from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.heavier import heavier
+from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import HeavierBody, Payload
+from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody, Payload
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, generic_score
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.search import Search
 
 Say = Callable[[str], None]
@@ -36,7 +36,7 @@ class Selection:
     base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
     something without a name beside all that was accepted; instead: of an axis something without a
     name that predicts better than all that was accepted there. bench: of the base model with the
-    payloads that were found.
+    payloads that were found. moved: what parameters gain that are not the machine file's [nats].
     """
 
     accepted: tuple[Accepted, ...]
@@ -48,6 +48,7 @@ class Selection:
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
     bench: Bench
+    moved: float = 0.0
 
 
 def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
@@ -82,17 +83,22 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search.revise(accepted.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
-    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
+    hypotheses.forget()
+    nameless = [search.nameless(axis) for axis in axes]
     return Selection(
         tuple(one_cause(search.accepted)),
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
-        tuple(beside),
-        search.instead(beside),
+        tuple(beside for beside, _ in nameless),
+        {axis: instead for axis, (_, instead) in enumerate(nameless) if instead is not None},
         before,
         rest_of(moments),
         tuple(rounds),
         bench,
+        moved_gain(moments)
+        + sum(
+            score.gain for score in search.known() if isinstance(score.hypothesis, ChangedParameter)
+        ),
     )
 
 

@@ -97,11 +97,13 @@ def selected(
         size, unit = left.size * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
         rests.append(Rest(axis + 1, size, unit, left.size, left.what, form))
     notes += [rest.sentence() for rest in rests]
-    # where nothing has a name, parameters only imitate what is left
+    # where nothing has a name, parameters only imitate what is left, if it is not small beside them
+    left_over = sum(left.gain for left in remains.values())
+    minor = left_over <= criteria.largest_rest**2 * selection.moved
     bodies = [
         a.score.hypothesis.places
         for a in selection.accepted
-        if isinstance(a.score.hypothesis, ChangedParameter) and (kept or not remains)
+        if isinstance(a.score.hypothesis, ChangedParameter) and (kept or minor)
     ]
     freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
     kept, fit = firm(bench, kept, criteria, freed)
@@ -115,6 +117,7 @@ def selected(
         notes.append("the payload shows on one trajectory only: record it on another one")
     named = {a.score.hypothesis.axis for a in kept}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
+    unnamed = () if minor and changed else remains
     if odd:
         # something else is wrong, which all parameters together imitate
         changed, poor = [], list(range(model.base.n))
@@ -125,7 +128,7 @@ def selected(
         others,
         tuple(named_of(fit, mean_errors(criteria))),
         (*payloads, *changed),
-        tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
+        tuple(axis for axis in sorted({*unnamed, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
@@ -157,10 +160,12 @@ def validated(
 
 @dataclass(frozen=True)
 class Nameless:
-    """Something without a name: relative RMS; what it goes with, where that is known."""
+    """Something without a name: relative RMS; what it goes with, where that is known; what it would
+    gain to explain it [nats]."""
 
     size: float
     what: str = ""
+    gain: float = np.inf
 
 
 def nameless(
@@ -187,7 +192,8 @@ def nameless(
         other = selection.explained[axis] * np.sqrt(beside.gain / gain) if goes and own else np.inf
         size = left.size if sure else min(beside.size, float(other)) if goes else 0.0
         if size > least:
-            functions[axis] = Nameless(size, beside.hypothesis.id if goes else "")
+            what = beside.hypothesis.id if goes else ""
+            functions[axis] = Nameless(size, what, max(left.gain, beside.gain if goes else 0.0))
     for axis, other in selection.instead.items():
         if not (selection.arbitrated or axis in named):
             continue
