@@ -148,10 +148,19 @@ def misfit(model: Calibrated) -> str:
 def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
     listed = [finding for log in read for finding in log.findings]
     listed += [finding for group in groups for finding in group.findings]
-    sentences = [str(finding) for finding in listed]
+    places = dict[str, list[str]]()
+    for finding in listed:
+        places.setdefault(finding.text, []).append(finding.where)
+    sentences = [f"{_several(where)}: {text}" for text, where in places.items()]
     if len({group.motion for group in groups}) == 1:
         sentences.append(ONE_TRAJECTORY)
     return tuple(dict.fromkeys(sentences))
+
+
+def _several(places: Sequence[str]) -> str:
+    """The place of a finding; of many the first and how many others."""
+    first, *others = dict.fromkeys(places)
+    return first if not others else f"{first} and {len(others)} more"
 
 
 def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:

@@ -15,7 +15,7 @@ from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
 from flexhex.diagnosis.jointfit.fit import beside
-from flexhex.diagnosis.jointfit.guard import delayed, poor_axes
+from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_delay
 from flexhex.diagnosis.prepare import Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
@@ -67,7 +67,7 @@ def diagnose(
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)
     if smoothed:
-        run_set = replace(run_set, findings=(*run_set.findings, smoothed), coarse=coarse)
+        run_set = replace(run_set, findings=(smoothed, *run_set.findings), coarse=coarse)
     trouble = misfit(model)
     if trouble:
         # a payload may be most of what does not fit
@@ -114,7 +114,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         main.candidates,
         maps(main.fit),
         tuple(notes),
-        (*run_set.findings, *filter(None, [late])),
+        (*filter(None, [late]), *run_set.findings),
         *run_set.names,
         strips=strips(main),
         remains=settled.rests,
@@ -147,6 +147,10 @@ def _mechanism(
             break
         model = settled
         side = selected(Bench(model, known), judged, say)
+    held = without_delay(side.fit, CRITERIA.deviations, CRITERIA.smallest_rest)
+    if held is not None:
+        side.fit.bench.forget()
+        side = selected(Bench(held, known), judged, say)
     return before, side
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.jointfit.answer import Joint, axis_rms
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms, repeat_rms
+from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.runs.blocks import torque_at
@@ -20,6 +23,10 @@ TOGETHER = 0.7
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
 DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
+EXPLAINED = 0.5
+"""Part of the squares of all axes' residuals that a delay may leave at most."""
+HELD = 1e-3
+"""Tolerance of a delay that is held at zero, of the usual one."""
 
 
 def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:
@@ -48,15 +55,48 @@ def strange_axes(model: Calibrated) -> list[int]:
     return [int(i) for i in np.flatnonzero(together < TOGETHER)]
 
 
+def without_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:
+    """The base model with no delay of the torques and no freedom for one, if the fit has a clear
+    one that does not explain what is left: another cause bends it then. None else.
+
+    A delay is common to all axes. So it takes from the repeatable residual of each, and what it
+    leaves is compared as the likelihood of all axes is, each with a variance of its own: one axis
+    on which something else is missing has no say over those that fit. deviations: standard errors
+    that a clear one stands above zero; least: relative RMS below which nothing is left.
+    """
+    model = fit.bench.model
+    late, deviation = delay_of(fit)
+    if abs(late) < max(DELAYED, deviations * deviation):
+        return None
+    fitted = replace(model.fitted, delay=0.0, late=HELD * model.fitted.late)
+    held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
+    alone = again(fit, Bench(held, list(fit.bench.effects.values())))
+    after, before = (np.maximum(_repeating(f), least * model.torque_rms) for f in (fit, alone))
+    return None if np.prod((after / before) ** 2) < EXPLAINED else held
+
+
+def _repeating(fit: Joint) -> Array:
+    """RMS (n,) of what a fit leaves [N m]: of what repeats, where runs do."""
+    model = fit.bench.model
+    if not model.noise.repeats:
+        return axis_rms(model.blocks, fit.residual)
+    return repeat_rms(model, fit.residual)[0]
+
+
+def delay_of(fit: Joint) -> tuple[float, float]:
+    """The torques' common delay and its standard deviation [s]."""
+    model = fit.bench.model
+    place = next(i for i, known in enumerate(model.known) if known.group == "delay")
+    values = np.array([fit.q[place], fit.covariance[place, place] ** 0.5]) * model.scale[place]
+    return float(values[0]), float(values[1])
+
+
 def delayed(fit: Joint, deviations: float) -> str:
     """What is said of the torques' common delay beside all that was found, or nothing: alone, the
     base model takes friction and cogging for a part of one. deviations: standard errors that it
     must stand above zero."""
     model = fit.bench.model
-    place = next(i for i, known in enumerate(model.known) if known.group == "delay")
-    late, deviation = (
-        np.array([fit.q[place], fit.covariance[place, place] ** 0.5]) * model.scale[place]
-    )
+    late, deviation = delay_of(fit)
     if abs(late) < max(DELAYED, deviations * deviation):
         return ""
     where = " on all axes" if model.base.n > 1 else ""

@@ -83,6 +83,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search.revise(accepted.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
+    changes = [s for s in search.known() if isinstance(s.hypothesis, ChangedParameter)]
     hypotheses.forget()
     nameless = [search.nameless(axis) for axis in axes]
     return Selection(
@@ -95,10 +96,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         rest_of(moments),
         tuple(rounds),
         bench,
-        moved_gain(moments)
-        + sum(
-            score.gain for score in search.known() if isinstance(score.hypothesis, ChangedParameter)
-        ),
+        moved_gain(moments) + sum(score.gain for score in changes),
     )
 
 

@@ -94,8 +94,10 @@ def selected(
         form = left.size <= tolerated(own, selection.explained[axis], criteria)
         if not form:
             kept = [a for a in kept if a not in own]
-        size, unit = left.size * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
-        rests.append(Rest(axis + 1, size, unit, left.size, left.what, form))
+        # what has no name here has no part in what is explained
+        share = left.size if form else left.whole
+        size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
+        rests.append(Rest(axis + 1, size, unit, share, left.what, form))
     notes += [rest.sentence() for rest in rests]
     # where nothing has a name, parameters only imitate what is left, if it is not small beside them
     left_over = sum(left.gain for left in remains.values())
@@ -160,10 +162,11 @@ def validated(
 
 @dataclass(frozen=True)
 class Nameless:
-    """Something without a name: relative RMS; what it goes with, where that is known; what it would
-    gain to explain it [nats]."""
+    """Something without a name: relative RMS, beside what was accepted and, whole, in its place;
+    what it goes with, where that is known; what it would gain to explain it [nats]."""
 
     size: float
+    whole: float
     what: str = ""
     gain: float = np.inf
 
@@ -193,13 +196,15 @@ def nameless(
         size = left.size if sure else min(beside.size, float(other)) if goes else 0.0
         if size > least:
             what = beside.hypothesis.id if goes else ""
-            functions[axis] = Nameless(size, what, max(left.gain, beside.gain if goes else 0.0))
+            whole = float(np.hypot(selection.explained[axis], size)) if after[axis] else size
+            worth = max(left.gain, beside.gain if goes else 0.0)
+            functions[axis] = Nameless(size, whole, what, worth)
     for axis, other in selection.instead.items():
         if not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
         whole = float(np.hypot(selection.explained[axis], rest[axis].size))
-        functions[axis] = Nameless(whole, other.hypothesis.id)
+        functions[axis] = Nameless(whole, whole, other.hypothesis.id)
     return functions
 
 

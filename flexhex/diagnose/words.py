@@ -111,7 +111,7 @@ def _named(diagnosis: Diagnosis) -> str:
 def _ambiguous(diagnosis: Diagnosis) -> str:
     sentences = []
     for e in (e for e in diagnosis.effects if e.rivals):
-        names = listed([phrase(name) for name in (e.id, *e.rivals)], "or")
+        names = listed([phrase(e.id) + sizes(e), *(phrase(name) for name in e.rivals)], "or")
         verb = "lack" if len(e.axes) > 1 else "lacks"
         one = "either" if len(e.rivals) == 1 else "one of these:"
         text = f"{capital(where(e.axes))} {verb} {one} {names}; these runs do not distinguish them."
@@ -199,16 +199,14 @@ def _none(diagnosis: Diagnosis) -> str:
     residual = diagnosis.residual
     whole, noise = (amount(residual, v) for v in (residual.before, residual.non_repeatable))
     return (
-        f"No effect is missing: {_fitted(residual)} explains these runs down to the non-repeatable"
-        f" residual ({whole} RMS, of which {noise} is non-repeatable{_as_written(residual)})."
+        f"No effect is missing: {_fitted(residual)} leaves {whole} RMS of these runs, of which"
+        f" {noise} does not repeat{_as_written(residual)}."
     )
 
 
 def _fitted(residual: Residual) -> str:
     written = np.isfinite(residual.nominal).any()
-    return (
-        "with its parameters fitted within their tolerances the model" if written else "the model"
-    )
+    return "with its parameters fitted the model" if written else "the model"
 
 
 def _as_written(residual: Residual) -> str:

@@ -82,7 +82,7 @@ def test_candidates_are_sorted_and_distinguished_by_colour() -> None:
     drawn = candidate_bars(1, many)
     bars = {bar["name"]: bar for bar in drawn["data"]}
     assert bars["named"]["x"] == [930.0]
-    assert bars["indistinguishable"]["y"][0].startswith("second hysteresis,<br>axis")
+    assert bars["indistinguishable"]["y"][0].startswith("additional hysteresis,<br>axis")
     assert sum(len(bar["x"]) for bar in drawn["data"]) == MOST_BARS
     assert drawn["layout"]["yaxis"]["categoryarray"][-1] == bars["named"]["y"][0], "best on top"
 

@@ -19,15 +19,15 @@ SENTENCES = {
     "pair": "The model lacks 2 effects: Coulomb friction on axes 2 and 4 and a cogging harmonic on"
     " axis 5; together they explain 94 % of the repeatable residual. Parameters that deviate from"
     " the machine file: end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
-    "ambiguous": "Axis 3 lacks one of these: Coulomb friction, Stribeck friction or a second"
-    " hysteresis; these runs do not distinguish them.",
+    "ambiguous": "Axis 3 lacks one of these: Coulomb friction of 0.050 ± 0.003 N m, Stribeck"
+    " friction or an additional hysteresis; these runs do not distinguish them.",
     "changed": "No effect is missing. Parameters that deviate from the machine file: end_effector.m"
     " is 3.71 ± 0.10 kg, not 3.20 kg.",
     "unknown": "A repeatable residual remains on axis 4 that no effect of the library explains:"
     " 0.0290 N m RMS, 1.3 % of the torque.",
-    "none": "No effect is missing: with its parameters fitted within their tolerances the model"
-    " explains these runs down to the non-repeatable residual (0.00900 N m RMS, of which"
-    " 0.00900 N m is non-repeatable; with the values of its file it leaves 0.0108 N m).",
+    "none": "No effect is missing: with its parameters fitted the model leaves 0.00900 N m RMS of"
+    " these runs, of which 0.00900 N m does not repeat; with the values of its file it leaves"
+    " 0.0108 N m.",
     "payload": "No effect is missing. A payload that no log announces was on run1.csv and run2.csv:"
     " payload 0.2550 ± 0.0010 kg, payload.c_z 0.0231 ± 0.0012 m.",
     "cannot tell": "These runs do not decide whether the model lacks an effect. No trajectory was"

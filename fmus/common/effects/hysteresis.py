@@ -25,7 +25,7 @@ WIDTHS = (0.002, 0.004, 0.008, 0.03, 0.06, 0.12)
 class SecondHysteresis(Effect):
     """c_2 z_2 with z_2' = (thetad - |thetad| z_2) / sigma_2.  [SH, Eq. (23)]"""
 
-    id, title, acts_on = "second_hysteresis", "second hysteresis", "torque"
+    id, title, acts_on = "second_hysteresis", "additional hysteresis", "torque"
     gains = (Gain("c_2", "N m", 0.02, 0.0, 1e5, "height"),)
     shapes = (Shape("sigma_2", "rad", 1.5e-3, 0.5, 0.05, WIDTHS, "width"),)
     states = (State("z_2", "1"),)
