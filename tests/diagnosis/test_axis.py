@@ -81,6 +81,21 @@ def test_friction_and_cogging_are_no_delay(tmp_path: Path) -> None:
 
 
 @several
+def test_what_has_no_name_is_no_delay_and_is_reported_whole(tmp_path: Path) -> None:
+    """Friction that fades in each run: a delay takes a little of what it leaves, and no more."""
+    paths, more = list[Path](), dict[int, np.ndarray]()
+    for seed, number in TWICE:
+        more[seed] = 0.3 * np.exp(-CLOCK / 2) * np.tanh(moved(CLOCK, seed)[1] / 0.02)
+        paths.append(write(tmp_path / f"{seed}_{number}.csv", seed, number, 0.0, 2e-3, more[seed]))
+    diagnosis = diagnose(paths, [], options=OPTIONS)
+    assert diagnosis.verdict == "unknown"
+    assert not [text for text in diagnosis.findings if "angles by" in text]
+    (rest,) = diagnosis.remains
+    hidden = np.sqrt(np.mean([v**2 for v in more.values()]))
+    assert 0.7 * hidden < rest.rms < 1.1 * hidden
+
+
+@several
 def test_one_trajectory_is_reported_as_one(tmp_path: Path) -> None:
     """A held-out run of another motion can refute it."""
     text = "one trajectory only: no other motion can refute what is found on it"
