@@ -38,6 +38,7 @@ ELSEWHERE = (
     ("regression.linearize", "HISTORY"),
     ("jointfit.answer", "CORRELATED"),
     ("jointfit.fit", "MISLED"),
+    ("jointfit.guard", "EXPLAINED"),
     ("jointfit.guard", "POOR"),
     ("jointfit.guard", "TOGETHER"),
     ("runs.pairing", "BADLY"),

@@ -21,7 +21,7 @@ from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
 from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.heavier import heavier
+from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
@@ -214,4 +214,13 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     assert heavier_model.base.linear == heavier_model.known
     left = Moments(rows_of(heavier_model.y[0][:, 0], rows.B.whole(0), rows.prior, rows.fold))
     assert np.abs(left.fit(None).q).max() < 0.3
+
+    def lost(y: Array) -> float:
+        """Half the sum of squares that a fit leaves, of torques and of parameters."""
+        X = np.vstack([rows.B.whole(0), np.eye(4)])
+        return float(np.linalg.lstsq(X, np.append(y, np.zeros(4)))[1][0]) / 2
+
+    gain = moved_gain(Moments(replace(left.rows, model=heavier_model)))
+    assert gain == pytest.approx(lost(rows.y[0]) - lost(left.rows.y[0]), rel=1e-4)
+    assert moved_gain(Moments(replace(rows, model=model))) == 0.0
     assert model.base.linear[0].nominal == 2.0
