@@ -105,7 +105,23 @@ def _named(diagnosis: Diagnosis) -> str:
         subject = "it explains" if len(diagnosis.effects) == 1 else "together they explain"
         there = " there" if len(diagnosis.effects) == 1 and _beside(diagnosis) else ""
         text += f"; {subject} {percent(share)} of {residual_name(diagnosis.residual)}{there}"
-    return " ".join([f"{text}.", *_beside(diagnosis), *_other_values(diagnosis)])
+    more = (*_held_out(diagnosis), *_beside(diagnosis), *_other_values(diagnosis))
+    return " ".join([f"{text}.", *more])
+
+
+def _held_out(diagnosis: Diagnosis) -> list[str]:
+    """Where what is named explains less than half of the residual of held-out runs."""
+    residual, axes = diagnosis.residual, {a - 1 for e in diagnosis.effects for a in e.axes}
+    held_out, at = residual.held_out, np.array(sorted(axes), dtype=int)
+    if not len(at) or not {"before", "after"} <= held_out.keys():
+        return []
+    before, after = held_out["before"], held_out["after"]
+    noise = held_out.get("non_repeatable", residual.non_repeatable)
+    squares = [float((v[at] ** 2).sum()) for v in (before, after, noise)]
+    if not squares[1] - squares[2] > (squares[0] - squares[2]) / 2 > 0:
+        return []
+    left, whole = (amount(residual, v, at) for v in (after, before))
+    return [f"On the held-out runs {left} RMS of {whole} remains."]
 
 
 def _ambiguous(diagnosis: Diagnosis) -> str:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flexhex.diagnose.numbers import number
 from flexhex.diagnose.words import phrase, verdict
 from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.verdict import Named, Rest
@@ -45,6 +46,16 @@ def test_verdict_says_how_often_such_answers_were_right() -> None:
 @pytest.mark.parametrize("name", SENTENCES)
 def test_verdict_is_one_plain_sentence(name: str) -> None:
     assert verdict(EXAMPLES[name]) == SENTENCES[name]
+
+
+@pytest.mark.parametrize(("left", "reported"), [(0.3, False), (0.8, True)])
+def test_what_held_out_runs_contradict_is_said_at_once(left: float, reported: bool) -> None:
+    """A share of what repeats in the fitted runs says nothing of others."""
+    before = BASIC.residual.held_out["before"]
+    held_out = {"before": before, "after": left * before, "non_repeatable": 0.05 * before}
+    text = verdict(replace(BASIC, residual=replace(BASIC.residual, held_out=held_out)))
+    assert ("On the held-out runs" in text) == reported
+    assert not reported or f"{number(0.8 * before[2])} N m RMS of {number(before[2])} N m" in text
 
 
 def test_reason_that_asks_ends_as_it_does() -> None:
