@@ -147,7 +147,9 @@ def _mechanism(
             break
         model = settled
         side = selected(Bench(model, known), judged, say)
-    held = without_delay(side.fit, CRITERIA.deviations, CRITERIA.smallest_rest)
+    # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
+    least = CRITERIA.deviations, CRITERIA.smallest_rest
+    held = without_delay(side.fit, *least) if side.remains else None
     if held is not None:
         side.fit.bench.forget()
         side = selected(Bench(held, known), judged, say)

@@ -26,8 +26,8 @@ from flexhex.fmus.common.model.dynamics import loads, project
 from flexhex.fmus.common.model.model import Model
 from studies.mujoco import hexapod
 from studies.mujoco.draw import draw
-from studies.mujoco.make import runs_of
 from studies.mujoco.model import compiled, inverse
+from studies.mujoco.runs import runs_of
 from tests.compare import assert_close
 
 Array = NDArray[np.float64]

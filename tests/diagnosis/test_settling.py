@@ -45,7 +45,7 @@ def searched(
     def side(bench: Any, *more: Any) -> Any:
         requests.append(bench.model)
         fit = SimpleNamespace(bench=bench, geared=geared)
-        return SimpleNamespace(fit=fit, accepted=[fit] if named else [])
+        return SimpleNamespace(fit=fit, remains=(), accepted=[fit] if named else [])
 
     bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)

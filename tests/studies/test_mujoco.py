@@ -17,10 +17,12 @@ from studies.mujoco import hexapod, inside, outside
 from studies.mujoco.case import Case, Wanted
 from studies.mujoco.draw import draw
 from studies.mujoco.machine import Array, rotation
-from studies.mujoco.make import Simulated, make, runs_of, truth_of
+from studies.mujoco.make import make
 from studies.mujoco.model import compiled, inverse, places
 from studies.mujoco.observable import contribution, observable
+from studies.mujoco.runs import Simulated, runs_of
 from studies.mujoco.simulate import Record
+from studies.mujoco.truth import truth_of
 
 SEED = 5
 FEW = 6000
@@ -139,28 +141,6 @@ def test_axes_of_a_gantry_stand_at_right_angles_the_third_upright() -> None:
         along.append(frame[:, 2])
     assert np.array(along) @ np.array(along).T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.abs(along[2]) == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
-
-
-def test_what_the_base_model_can_take_up_is_not_observable() -> None:
-    axis = truth_of(hidden("viscous_friction", "axis"))["beside"][0]
-    arm = truth_of(hidden("viscous_friction", "arm"))["hidden"][0]
-    assert axis["size"] > 0.03
-    assert axis["observable"] < 1e-3 * axis["size"]
-    assert arm["observable"] > 0.1 * arm["size"]
-    assert arm["observable_beside_friction"] < 1e-3 * arm["size"]
-
-
-def test_a_changed_rotor_is_observable_as_far_as_no_other_parameter_makes_up_for_it() -> None:
-    case = quiet(draw(3070))
-    assert case.changes[0]["kind"] == "armature"
-
-    def observable_with(mass_error: float) -> float:
-        (change,) = truth_of(runs_of(replace(case, mass_error=mass_error)))["changed"]
-        return float(change["observable"])
-
-    exact, usual, vague = (observable_with(error) for error in (0.0, 0.02, 10.0))
-    assert 0.5 * usual > vague
-    assert exact > usual > 0.3 * exact
 
 
 def test_a_gain_of_the_truth_is_that_of_the_machine() -> None:
