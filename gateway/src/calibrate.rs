@@ -127,12 +127,17 @@ fn signs(args: &Signs) -> Exit {
         Ok(Task::Nudges(Nudges::new(args.torque, system.base_step())))
     };
     let tell = |reporter: Reporter, config: &Config, _: &System, out: &Outcome| {
-        told(args, reporter, config, out)
+        report_signs(args, reporter, config, out)
     };
     run::instead((&args.config, args.options), true, make, tell)
 }
 
-fn told(args: &Signs, reporter: Reporter, config: &Config, out: &Outcome) -> Result<(), Refusal> {
+fn report_signs(
+    args: &Signs,
+    reporter: Reporter,
+    config: &Config,
+    out: &Outcome,
+) -> Result<(), Refusal> {
     let Task::Nudges(nudges) = &out.task else { return Ok(()) };
     let mut axis = Vec::with_capacity(AXES);
     for (k, nudge) in nudges.done.iter().enumerate() {

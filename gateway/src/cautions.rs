@@ -47,12 +47,12 @@ fn of_reactions(reactions: &Reactions) -> Vec<Caution> {
     let among = |all: &[&'static str], some: &[&str]| {
         all.iter().copied().filter(|name| some.contains(name)).collect::<Vec<_>>()
     };
-    let held = [damp.clone(), land.clone()].concat();
+    let powered = [damp.clone(), land.clone()].concat();
     let fall = [ReactionKind::QuickStop, ReactionKind::Zero].map(|kind| reactions.with(kind));
     let all = [
         Caution::Damp(damp),
         Caution::Encoder(among(&land, &OF_ENCODERS)),
-        Caution::Drive(among(&held, &OF_DRIVES)),
+        Caution::Drive(among(&powered, &OF_DRIVES)),
         Caution::Fall(among(&fall.concat(), &["stopped"])),
     ];
     all.into_iter().filter(|caution| !caution.rules().is_empty()).collect()

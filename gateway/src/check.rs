@@ -76,19 +76,19 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
             cyclic: false,
         };
         let lists = if args.write { Lists::Write } else { Lists::Compare };
-        let found = bus::inspect(&config, socket, options, lists, &mut |devices, links| {
+        let differences = bus::inspect(&config, socket, options, lists, &mut |devices, links| {
             reporter.devices(devices);
             reporter.links(links);
         })?;
-        startup_lists(args, reporter, &found);
+        startup_lists(args, reporter, &differences);
         reporter.mark(true, "the drives match the configuration and have no power");
     }
     Ok(())
 }
 
 /// What the start-up lists changed or would change.
-fn startup_lists(args: &Check, reporter: Reporter, found: &[(usize, u16, Difference)]) {
-    for (axis, position, d) in found.iter().filter(|_| args.diff) {
+fn startup_lists(args: &Check, reporter: Reporter, differences: &[(usize, u16, Difference)]) {
+    for (axis, position, d) in differences.iter().filter(|_| args.diff) {
         let text = format!("{} is {}, expected {}", d.what, d.actual, d.expected);
         reporter.line(&format!("drive {position}"), &format!("axis {}: {text}", axis + 1));
         reporter.event(
@@ -97,7 +97,7 @@ fn startup_lists(args: &Check, reporter: Reporter, found: &[(usize, u16, Differe
                 "expected": d.expected }),
         );
     }
-    let n = found.len();
+    let n = differences.len();
     if args.write {
         reporter.mark(true, &format!("start-up lists: {n} objects written; all are stored"));
     } else if n == 0 {

@@ -39,10 +39,10 @@ mod tests {
 
     #[test]
     fn each_kind_has_its_remedy() {
-        let told = |kind: ErrorKind| FileError::of(Path::new("a.csv"))(kind.into()).to_string();
-        assert!(told(ErrorKind::StorageFull).starts_with("a.csv: "));
-        assert!(told(ErrorKind::StorageFull).ends_with("another disk"));
-        assert!(told(ErrorKind::AlreadyExists).contains("never overwritten"));
-        assert!(told(ErrorKind::NotFound).ends_with("check the path and its permissions"));
+        let text = |kind: ErrorKind| FileError::of(Path::new("a.csv"))(kind.into()).to_string();
+        assert!(text(ErrorKind::StorageFull).starts_with("a.csv: "));
+        assert!(text(ErrorKind::StorageFull).ends_with("another disk"));
+        assert!(text(ErrorKind::AlreadyExists).contains("never overwritten"));
+        assert!(text(ErrorKind::NotFound).ends_with("check the path and its permissions"));
     }
 }

@@ -162,9 +162,9 @@ mod tests {
         config.drive[1].direction = -1;
         for counts in [0, 123_456_789, i32::MAX, i32::MIN, -1] {
             for pose in [[0.0; AXES], [0.3; AXES], [-0.34, 0.5, -0.5, 0.1, 0.2, -0.2]] {
-                let found = find(&config, &encoders(&[counts]), pose, String::new()).unwrap();
+                let homed_at = find(&config, &encoders(&[counts]), pose, String::new()).unwrap();
                 let mut homed = config.clone();
-                for (drive, axis) in homed.drive.iter_mut().zip(&found.axis) {
+                for (drive, axis) in homed.drive.iter_mut().zip(&homed_at.axis) {
                     drive.offset_counts = axis.offset_counts;
                 }
                 let drives = Drives::new(&homed);
@@ -181,9 +181,12 @@ mod tests {
         let config = parse(include_str!("../machines/akd.toml")).unwrap();
         // 1 mrad are 683 565 counts, here across the end of the range
         let near = |moved: i32| encoders(&[i32::MAX, i32::MAX.wrapping_add(moved), i32::MAX]);
-        let found = |moved| find(&config, &near(moved), [0.0; AXES], String::new());
-        assert_eq!(found(683_565).unwrap().axis[0].offset_counts, i32::MAX.wrapping_add(227_855));
-        assert!(found(683_566)
+        let homed_at = |moved| find(&config, &near(moved), [0.0; AXES], String::new());
+        assert_eq!(
+            homed_at(683_565).unwrap().axis[0].offset_counts,
+            i32::MAX.wrapping_add(227_855)
+        );
+        assert!(homed_at(683_566)
             .unwrap_err()
             .to_string()
             .contains("axis 1: it moved by 0.001000 rad"));

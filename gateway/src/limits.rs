@@ -117,7 +117,7 @@ mod tests {
         parse(include_str!("../machines/akd.toml")).unwrap()
     }
 
-    fn found(bend: impl Fn(&mut Config)) -> Vec<String> {
+    fn outside(bend: impl Fn(&mut Config)) -> Vec<String> {
         let mut config = config();
         bend(&mut config);
         contradictions(&config, STEP)
@@ -125,16 +125,16 @@ mod tests {
 
     #[test]
     fn the_template_does_not_contradict_itself() {
-        assert_eq!(found(|_| ()), Vec::<String>::new());
+        assert_eq!(outside(|_| ()), Vec::<String>::new());
     }
 
     #[test]
     fn each_contradiction_is_named_on_its_side_of_the_bound() {
         let one = |bend: fn(&mut Config), wanted: &str| {
-            let all = found(bend);
+            let all = outside(bend);
             assert!(all.len() == 1 && all[0].contains(wanted), "{wanted}: {all:?}");
         };
-        let none = |bend: fn(&mut Config)| assert_eq!(found(bend), Vec::<String>::new());
+        let none = |bend: fn(&mut Config)| assert_eq!(outside(bend), Vec::<String>::new());
         // 5 ms are 20 cycles
         one(|c| c.safety.lost_frame_limit = 20, "lost_frame_limit = 20 cycles last 5 ms");
         none(|c| c.safety.lost_frame_limit = 19);
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn an_axis_with_limits_of_its_own_is_judged_by_them() {
         let own = |jump| {
-            found(|c| {
+            outside(|c| {
                 let limits = crate::config::Limits { jump, ..c.limits.clone() };
                 c.drive[3].limits = Some(limits);
             })

@@ -151,15 +151,17 @@ mod tests {
 
     #[test]
     fn what_cannot_be_taken_is_told() {
-        let told =
+        let refusal =
             |to: &[&str], axis, by, hold| listed(to, axis, by, hold).unwrap_err().to_string();
-        assert!(told(&["0,0"], None, None, 1.0).contains("write 6 angles"));
-        assert!(told(&["0,0,0,0,0,x"], None, None, 1.0).contains("write 6 angles"));
-        assert!(told(&["0,0,0,NaN,0,0"], None, None, 1.0).contains("axis 4: NaN rad"));
-        assert!(told(&["0.521,0,0,0,0,0"], None, None, 1.0).contains("allowed -0.52 to 0.52 rad"));
+        assert!(refusal(&["0,0"], None, None, 1.0).contains("write 6 angles"));
+        assert!(refusal(&["0,0,0,0,0,x"], None, None, 1.0).contains("write 6 angles"));
+        assert!(refusal(&["0,0,0,NaN,0,0"], None, None, 1.0).contains("axis 4: NaN rad"));
+        assert!(
+            refusal(&["0.521,0,0,0,0,0"], None, None, 1.0).contains("allowed -0.52 to 0.52 rad")
+        );
         assert!(listed(&["0.52,0,0,0,0,-0.52"], None, None, 1.0).is_ok());
-        assert!(told(&[], Some(7), Some(0.1), 1.0).contains("--axis 7: allowed 1 to 6"));
-        assert!(told(&[], Some(1), Some(0.6), 1.0).contains("axis 1: 0.6 rad"));
-        assert!(told(&[], None, None, f64::NAN).contains("--hold NaN"));
+        assert!(refusal(&[], Some(7), Some(0.1), 1.0).contains("--axis 7: allowed 1 to 6"));
+        assert!(refusal(&[], Some(1), Some(0.6), 1.0).contains("axis 1: 0.6 rad"));
+        assert!(refusal(&[], None, None, f64::NAN).contains("--hold NaN"));
     }
 }

@@ -23,7 +23,7 @@ enum StopsError {
     /// Angles of an axis, from 0, at rest: by its stop, and those of the configuration [rad].
     OtherRest {
         axis: usize,
-        found: f64,
+        measured: f64,
         rest: f64,
     },
 }
@@ -34,9 +34,9 @@ impl Display for StopsError {
             StopsError::NoStroke => f.write_str(
                 "homing.stop_rad: the system description knows no stroke: set the angles of the end stops",
             ),
-            StopsError::OtherRest { axis, found, rest } => write!(
+            StopsError::OtherRest { axis, measured, rest } => write!(
                 f,
-                "axis {}: by its stop it rested at {found:.4} rad, landing.rest_rad = {rest} rad: something \
+                "axis {}: by its stop it rested at {measured:.4} rad, landing.rest_rad = {rest} rad: something \
                  else stopped it, or homing.stop_rad is wrong",
                 axis + 1
             ),
@@ -62,10 +62,10 @@ pub fn at_stops(config: &ConfigArgs, options: PowerArgs, write: Option<&Path>) -
         let (torque, speed, within) = (h.torque, h.speed, h.within);
         Ok(Task::Stops(Stops::new(Search { torque, speed, within, side, base_step })))
     };
-    let told = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {
-        let Task::Stops(found) = &out.task else { return Ok(()) };
-        let homed = offsets(config, &stops(config, system)?, found, out);
-        for (k, spread) in found.spread().iter().enumerate() {
+    let report = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {
+        let Task::Stops(measured) = &out.task else { return Ok(()) };
+        let homed = offsets(config, &stops(config, system)?, measured, out);
+        for (k, spread) in measured.spread().iter().enumerate() {
             reporter.line(
                 &format!("axis {}", k + 1),
                 &format!("the two passes differ by {spread:.6} rad"),
@@ -75,7 +75,7 @@ pub fn at_stops(config: &ConfigArgs, options: PowerArgs, write: Option<&Path>) -
         tell(reporter, config, &homed, write)?;
         Ok(())
     };
-    run::instead((config, options), true, make, told)
+    run::instead((config, options), true, make, report)
 }
 
 /// Angles of the stops that are sought [rad].
@@ -89,8 +89,8 @@ fn stops(config: &Config, system: &System) -> Result<[f64; AXES], StopsError> {
 }
 
 /// The offsets under which the axes stood at these angles.
-fn offsets(config: &Config, stops: &[f64; AXES], found: &Stops, out: &Outcome) -> Homed {
-    let (step, at) = (config.theta_step(), found.found());
+fn offsets(config: &Config, stops: &[f64; AXES], measured: &Stops, out: &Outcome) -> Homed {
+    let (step, at) = (config.theta_step(), measured.angles());
     let mut homed = Homed {
         date: now(),
         method: STOPS.to_owned(),
@@ -114,8 +114,8 @@ fn rest_pose(config: &Config, homed: &Homed) -> Result<(), StopsError> {
     let off = |k: usize| (rest[k] - homed.pose_rad[k]).abs();
     match (0..AXES).find(|k| off(*k) > config.limits(*k).following_error) {
         Some(axis) => {
-            let (found, rest) = (homed.pose_rad[axis], rest[axis]);
-            Err(StopsError::OtherRest { axis, found, rest })
+            let (measured, rest) = (homed.pose_rad[axis], rest[axis]);
+            Err(StopsError::OtherRest { axis, measured, rest })
         }
         None => Ok(()),
     }

@@ -58,7 +58,7 @@ struct Record {
     holding: [f64; AXES],
     /// Torque constant, or rated torque, by axis; only of a run with a mass.
     #[serde(skip_serializing_if = "Option::is_none")]
-    found: Option<[f64; AXES]>,
+    scales: Option<[f64; AXES]>,
 }
 
 /// Hold the neutral pose and compare; the exit code of the command.
@@ -68,7 +68,7 @@ pub fn find(args: &Torque) -> Exit {
         Ok(Task::Poses(poses(system)))
     };
     let tell = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {
-        told(args, reporter, (config, system), out)
+        measure(args, reporter, (config, system), out)
     };
     run::instead((&args.config, args.options), false, make, tell)
 }
@@ -93,7 +93,7 @@ fn read(file: &Path) -> Result<Record, TorqueError> {
     }
 }
 
-fn told(
+fn measure(
     args: &Torque,
     reporter: Reporter,
     (config, system): (&Config, &System),
@@ -111,16 +111,16 @@ fn told(
         scale,
         serial: out.serials,
         holding,
-        found: None,
+        scales: None,
     };
     reporter.line("holding", &format!("{holding:.3?} N m"));
     if let Some(file) = &args.against {
         let empty = read(file)?;
         let added = added(config, system, args.mass)?;
-        let found = compare(&record, &empty, &added)?;
-        let mean = found.iter().sum::<f64>() / AXES as f64;
-        let spread = found.iter().fold(0.0, |far: f64, c| far.max((c / mean - 1.0).abs()));
-        reporter.line("by axis", &format!("{found:.4?}"));
+        let scales = compare(&record, &empty, &added)?;
+        let mean = scales.iter().sum::<f64>() / AXES as f64;
+        let spread = scales.iter().fold(0.0, |far: f64, c| far.max((c / mean - 1.0).abs()));
+        reporter.line("by axis", &format!("{scales:.4?}"));
         reporter.line(
             "mean",
             &format!(
@@ -130,9 +130,9 @@ fn told(
         );
         reporter.event(
             "torque_constant",
-            json!({"found": found, "mean": mean, "spread": spread, "added": added}),
+            json!({"found": scales, "mean": mean, "spread": spread, "added": added}),
         );
-        record.found = Some(found);
+        record.scales = Some(scales);
     }
     let Some(path) = &args.write else { return Ok(()) };
     let head =
@@ -150,29 +150,29 @@ fn compare(
     if (loaded.serial, loaded.scale) != (empty.serial, empty.scale) {
         return Err(TorqueError::OtherDrives);
     }
-    let mut found = [0.0; AXES];
+    let mut scales = [0.0; AXES];
     for axis in 0..AXES {
         let (adds, measured) = (added[axis], loaded.holding[axis] - empty.holding[axis]);
         if adds.abs() < ENOUGH {
             return Err(TorqueError::Light { axis, adds, needed: ENOUGH });
         }
-        found[axis] = loaded.scale * adds / measured;
-        if !(found[axis] > 0.2 * loaded.scale && found[axis] < 5.0 * loaded.scale) {
+        scales[axis] = loaded.scale * adds / measured;
+        if !(scales[axis] > 0.2 * loaded.scale && scales[axis] < 5.0 * loaded.scale) {
             return Err(TorqueError::Impossible { axis, adds, measured });
         }
     }
-    Ok(found)
+    Ok(scales)
 }
 
 /// What a mass adds to the torques that hold the neutral pose [N m], by the plant of the system description.
 fn added(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], TorqueError> {
-    let [without, with] = [0.0, mass].map(|mass| held(config, system, mass));
+    let [without, with] = [0.0, mass].map(|mass| weigh(config, system, mass));
     let (without, with) = (without?, with?);
     Ok(std::array::from_fn(|k| with[k] - without[k]))
 }
 
 /// Torque that holds the neutral pose with a mass [N m]: the same poses in a simulation.
-fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], TorqueError> {
+fn weigh(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], TorqueError> {
     let schedule = [("count", 1.0), ("time[1]", 0.0), ("mass[1]", mass)];
     let parameters =
         schedule.map(|(name, value)| (format!("reference.payload_{name}"), Value::Number(value)));

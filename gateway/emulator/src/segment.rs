@@ -82,21 +82,21 @@ pub fn pass(frame: &mut [u8], ranges: &[Range<usize>], devices: &mut [SubDevice]
 
 /// Lockstep: says that this frame gets no reply now. An EtherCAT header of the unused type 15.
 pub fn no_reply(frame: &[u8]) -> Vec<u8> {
-    told(frame, 0xF000)
+    notice(frame, 0xF000)
 }
 
 /// Lockstep: says that so many cycles, at most 2047, went by before this frame. The unused type 14.
 pub fn stalled(frame: &[u8], cycles: u64) -> Vec<u8> {
-    told(frame, 0xE000 | cycles.min(0x7FF) as u16)
+    notice(frame, 0xE000 | cycles.min(0x7FF) as u16)
 }
 
-fn told(frame: &[u8], header: u16) -> Vec<u8> {
-    let mut told: Vec<u8> = frame.iter().copied().take(ETHERNET).collect();
-    told.resize(ETHERNET, 0);
-    told[6] |= 0x02;
-    told.extend(header.to_le_bytes());
-    told.resize(SHORTEST, 0);
-    told
+fn notice(frame: &[u8], header: u16) -> Vec<u8> {
+    let mut notice: Vec<u8> = frame.iter().copied().take(ETHERNET).collect();
+    notice.resize(ETHERNET, 0);
+    notice[6] |= 0x02;
+    notice.extend(header.to_le_bytes());
+    notice.resize(SHORTEST, 0);
+    notice
 }
 
 fn execute(bytes: &mut [u8], device: &mut SubDevice, bypassed: bool) {

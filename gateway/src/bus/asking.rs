@@ -28,14 +28,14 @@ impl<L: Link> Bus<L> {
         wait_ns: u64,
         mut between: impl FnMut(&mut Self),
     ) -> Readings {
-        let mut found = vec![None; self.axes.len()];
-        for (position, place) in found.iter_mut().enumerate() {
+        let mut answers = vec![None; self.axes.len()];
+        for (position, place) in answers.iter_mut().enumerate() {
             let (main, address) = (self.main, FIRST_ADDRESS + position as u16);
             let Some(reply) = self.answer(wait_ns, || links::ask(main, address)) else { break };
             *place = reply;
             between(self);
         }
-        found
+        answers
     }
 
     /// Differences of all clocks that follow another one; `between` is done after each of them. Where nothing replies no
@@ -45,15 +45,15 @@ impl<L: Link> Bus<L> {
         wait_ns: u64,
         mut between: impl FnMut(&mut Self),
     ) -> Differences {
-        let mut found = Differences::default();
-        for (axis, place) in found.iter_mut().enumerate() {
+        let mut answers = Differences::default();
+        for (axis, place) in answers.iter_mut().enumerate() {
             let Some(address) = self.followers[axis] else { continue };
             let main = self.main;
             let Some(reply) = self.answer(wait_ns, || clocks::ask(main, address)) else { break };
             *place = reply;
             between(self);
         }
-        found
+        answers
     }
 
     /// Waits, by so many rounds at most, until no clock is further off than the bound; `between` sends a frame. What

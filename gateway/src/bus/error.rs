@@ -81,10 +81,10 @@ impl From<SdoError> for DriveError {
 
 impl BusError {
     /// Err with all of these, if there is any.
-    pub fn of(found: Vec<At<Difference>>) -> Result<(), BusError> {
-        match found.is_empty() {
+    pub fn of(differences: Vec<At<Difference>>) -> Result<(), BusError> {
+        match differences.is_empty() {
             true => Ok(()),
-            false => Err(BusError::Differences(found)),
+            false => Err(BusError::Differences(differences)),
         }
     }
 }
@@ -157,9 +157,9 @@ impl Display for BusError {
 impl Display for Stranger {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
-            Stranger::Few(found, wanted) => write!(
+            Stranger::Few(differences, wanted) => write!(
                 f,
-                "{found} devices on the bus, expected {wanted} drives: check that all are on and all \
+                "{differences} devices on the bus, expected {wanted} drives: check that all are on and all \
                  cables plugged in"
             ),
             Stranger::Missing(axis, position) => {
@@ -223,19 +223,19 @@ mod tests {
     #[test]
     fn every_drive_has_its_line_with_place_value_and_remedy() {
         let differs = |k: usize| (k, 7, Difference::new("product", "0x63", "0x2", "another type"));
-        let told = BusError::Differences(vec![differs(0), differs(3)]).to_string();
+        let text = BusError::Differences(vec![differs(0), differs(3)]).to_string();
         let line = "position 7: product is 0x63, expected 0x2: another type";
-        assert_eq!(told, format!("axis 1, {line}\naxis 4, {line}"));
+        assert_eq!(text, format!("axis 1, {line}\naxis 4, {line}"));
         let late = BusError::Late(900, vec![(1, 1, (4, Some(0x1b))), (2, 2, (0, None))]);
-        let told = late.to_string();
-        assert!(told.starts_with(
+        let text = late.to_string();
+        assert!(text.starts_with(
             "not every drive reached OP within 900 ms\naxis 2, position 1: SAFE-OP, AL status"
         ));
-        assert!(told.ends_with("\naxis 3, position 2: no reply"), "{told}");
+        assert!(text.ends_with("\naxis 3, position 2: no reply"), "{text}");
         let on = |axis, state| Energised { position: 4, axis, state, error_code: 0x7305 };
-        let told = BusError::Energised(vec![on(None, State::OperationEnabled), on(Some(2), Fault)]);
-        let told = told.to_string();
-        assert!(told.starts_with("position 4, no drive of the configuration: already energised"));
-        assert!(told.contains("\naxis 3, position 4: fault 0x7305: remove its cause"), "{told}");
+        let text = BusError::Energised(vec![on(None, State::OperationEnabled), on(Some(2), Fault)]);
+        let text = text.to_string();
+        assert!(text.starts_with("position 4, no drive of the configuration: already energised"));
+        assert!(text.contains("\naxis 3, position 4: fault 0x7305: remove its cause"), "{text}");
     }
 }

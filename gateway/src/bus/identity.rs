@@ -67,14 +67,14 @@ pub fn serials(config: &Config, devices: &[DeviceInfo]) -> [u32; AXES] {
 
 /// Station address of each drive whose clock follows that of the first device that has one.
 pub fn followers(config: &Config, devices: &[DeviceInfo]) -> [Option<u16>; AXES] {
-    let mut found = [None; AXES];
+    let mut addresses = [None; AXES];
     for device in devices.iter().filter(|device| device.clock).skip(1) {
         let axis = config.drive.iter().position(|d| usize::from(d.position) == device.position);
         if let Some(axis) = axis {
-            found[axis] = Some(FIRST_ADDRESS + device.position as u16);
+            addresses[axis] = Some(FIRST_ADDRESS + device.position as u16);
         }
     }
-    found
+    addresses
 }
 
 /// Err with every difference between bus and configuration.

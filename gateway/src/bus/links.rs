@@ -95,24 +95,24 @@ impl Links {
 
     /// Counted between two readings.
     pub fn between(before: &Readings, after: &Readings, axes: &[Option<usize>]) -> Links {
-        let mut found = Links::default();
+        let mut links = Links::default();
         for (position, axis) in axes.iter().enumerate() {
             let one = |all: &Readings| all.get(position).copied().flatten();
             let (Some(before), Some(after)) = (one(before), one(after)) else {
-                found.unread.push(position);
+                links.unread.push(position);
                 continue;
             };
-            found.known = true;
+            links.known = true;
             for port in 0..PORTS {
                 let count = |kind| Count::between(before[port][kind], after[port][kind]);
                 let counts: [Count; KINDS.len()] = std::array::from_fn(count);
                 if counts.iter().any(|count| !count.is_none()) {
                     let last = position + 1 == axes.len();
-                    found.ports.push(PortErrors { position, axis: *axis, port, last, counts });
+                    links.ports.push(PortErrors { position, axis: *axis, port, last, counts });
                 }
             }
         }
-        found
+        links
     }
 }
 
@@ -141,13 +141,13 @@ mod tests {
         let before =
             vec![Some(counters(0, 1, 3)), Some(counters(1, 3, 7)), Some(Counters::default())];
         let after = vec![Some(counters(0, 1, 3)), Some(counters(1, 3, 9)), Some(counters(0, 2, 1))];
-        let found = Links::between(&before, &after, &AXES);
+        let links = Links::between(&before, &after, &AXES);
         let shown = |p: &PortErrors| (p.position, p.axis, p.port, p.counts.map(|c| c.number));
-        let shown: Vec<_> = found.ports.iter().map(shown).collect();
+        let shown: Vec<_> = links.ports.iter().map(shown).collect();
         assert_eq!(shown, [(1, None, 1, [0, 0, 0, 2]), (2, Some(1), 0, [0, 0, 1, 0])]);
-        assert!(found.ports[0].lost_the_link() && !found.ports[0].last);
-        assert!(found.ports[1].only_forwards() && found.ports[1].last);
-        assert!(found.known && found.unread.is_empty());
+        assert!(links.ports[0].lost_the_link() && !links.ports[0].last);
+        assert!(links.ports[1].only_forwards() && links.ports[1].last);
+        assert!(links.known && links.unread.is_empty());
     }
 
     #[test]
@@ -163,8 +163,8 @@ mod tests {
     #[test]
     fn what_was_not_read_is_told_and_counts_nothing() {
         let read = vec![Some(counters(0, 0, 4)), None, None];
-        let found = Links::since_power_up(&read, &AXES);
-        assert_eq!((found.ports.len(), found.unread, found.known), (1, vec![1, 2], true));
+        let links = Links::since_power_up(&read, &AXES);
+        assert_eq!((links.ports.len(), links.unread, links.known), (1, vec![1, 2], true));
         let nothing = Links::between(&vec![None; 3], &read, &AXES);
         assert_eq!((nothing.ports.len(), nothing.known), (0, false));
     }

@@ -41,37 +41,37 @@ impl<'a> Site<'a> {
 
     /// Err with all values that contradict the profile, of all drives. Reads only.
     pub async fn compare_values(self) -> Result<(), BusError> {
-        let mut found = Found::new();
+        let mut differences = Found::new();
         for (axis, position, device) in self.drives()? {
             let here = readback::differences(self.config, &device).await;
             let here = here.map_err(failed(axis, position))?;
-            found.extend(here.into_iter().map(|d| (axis, position, d)));
+            differences.extend(here.into_iter().map(|d| (axis, position, d)));
         }
-        BusError::of(found)
+        BusError::of(differences)
     }
 
     /// Objects of the start-up lists that differ. Reads only.
     pub async fn compare_startup(self) -> Result<Found, BusError> {
-        let mut found = Found::new();
+        let mut differences = Found::new();
         for (axis, position, device) in self.drives()? {
             let list = startup::list(self.config, axis, self.cycle, self.synced);
             let here = startup::differences(&device, &list).await;
             let here = here.map_err(failed(axis, position))?;
-            found.extend(here.into_iter().map(|d| (axis, position, d)));
+            differences.extend(here.into_iter().map(|d| (axis, position, d)));
         }
-        Ok(found)
+        Ok(differences)
     }
 
     /// Write the start-up lists; Err with all that did not take. `store`: in the drives' memory.
     pub async fn write_startup(self, store: bool) -> Result<(), BusError> {
-        let mut found = Found::new();
+        let mut differences = Found::new();
         for (axis, position, device) in self.drives()? {
             let list = startup::list(self.config, axis, self.cycle, self.synced);
             let here = startup::apply(&device, &list).await;
             let here = here.map_err(failed(axis, position))?;
-            found.extend(here.into_iter().map(|d| (axis, position, d)));
+            differences.extend(here.into_iter().map(|d| (axis, position, d)));
         }
-        BusError::of(found)?;
+        BusError::of(differences)?;
         if store {
             for (axis, position, device) in self.drives()? {
                 let done = startup::store(&device).await;
@@ -84,15 +84,15 @@ impl<'a> Site<'a> {
     /// Configure every drive in PRE-OP; errors name axis, position and object.
     pub async fn configure(self) -> Result<(), BusError> {
         self.compare_values().await?;
-        let mut found = Found::new();
+        let mut differences = Found::new();
         for (axis, position, device) in self.drives()? {
             let here = configure(self.config, &device).await;
             let here = here.map_err(failed(axis, position))?;
             let period = watchdog::set_period(&device, self.config.bus.watchdog_ms).await;
             let period = period.map_err(failed(axis, position))?;
-            found.extend(here.into_iter().chain(period).map(|d| (axis, position, d)));
+            differences.extend(here.into_iter().chain(period).map(|d| (axis, position, d)));
         }
-        BusError::of(found)?;
+        BusError::of(differences)?;
         self.write_startup(false).await
     }
 }
@@ -112,15 +112,15 @@ pub async fn set_triggers(
     group: &Group<PreOpPdi>,
     main: &'static MainDevice<'static>,
 ) -> Result<(), BusError> {
-    let mut found = Found::new();
+    let mut differences = Found::new();
     for (axis, drive) in config.drive.iter().enumerate() {
         let position = drive.position;
         let device = group.subdevice(main, config.place_on_bus(axis));
         let device = device.map_err(gone(axis, position))?;
         let here = watchdog::set_trigger(&device).await.map_err(failed(axis, position))?;
-        found.extend(here.map(|d| (axis, position, d)));
+        differences.extend(here.map(|d| (axis, position, d)));
     }
-    BusError::of(found)
+    BusError::of(differences)
 }
 
 /// Compares the process data of every drive with the bytes out and in of the configuration.

@@ -19,9 +19,9 @@ pub async fn differences(
 ) -> Result<Vec<Difference>, SdoError> {
     let p = &config.profile;
     let judged = |object: u16| !p.unchecked.contains(&object);
-    let mut found = Vec::new();
+    let mut differences = Vec::new();
     if judged(ENCODER) {
-        found.extend(encoder(p.counts_per_revolution, device).await?);
+        differences.extend(encoder(p.counts_per_revolution, device).await?);
     }
     if judged(GEAR) {
         let motor: Option<u32> = read_if_there(device, GEAR, 1).await?;
@@ -32,21 +32,26 @@ pub async fn differences(
                     "angles and torques would be scaled twice: set 1:1 in the drive and put \
                             the gear into counts_per_revolution and scale";
                 let actual = format!("{motor}:{shaft}");
-                found.push(Difference::new("gear ratio 0x6091", actual, "1:1", mend));
+                differences.push(Difference::new("gear ratio 0x6091", actual, "1:1", mend));
             }
         }
     }
     if judged(POLARITY) {
         if let Some(bits @ 1..) = read_if_there::<u8>(device, POLARITY, 0).await? {
             let mend = "set 0 in the drive; the sign of an axis is drive.direction alone";
-            found.push(Difference::new("polarity 0x607e", format!("{bits:#04x}"), "0x00", mend));
+            differences.push(Difference::new(
+                "polarity 0x607e",
+                format!("{bits:#04x}"),
+                "0x00",
+                mend,
+            ));
         }
     }
     if judged(SUPPORTED_MODES) {
         if let Some(modes) = read_if_there::<u32>(device, SUPPORTED_MODES, 0).await? {
             let wanted = 1u32 << (p.mode - 1);
             if modes & wanted == 0 {
-                found.push(Difference::new(
+                differences.push(Difference::new(
                     "bits of the supported modes 0x6502",
                     format!("{modes:#010x}"),
                     format!("{wanted:#010x} among them (mode {})", p.mode),
@@ -59,7 +64,7 @@ pub async fn differences(
         let (rated, expected): (u32, _) =
             (read(device, RATED_TORQUE, 0).await?, (rated_torque * 1000.0).round());
         if f64::from(rated) != expected {
-            found.push(Difference::new(
+            differences.push(Difference::new(
                 "rated torque 0x6076",
                 format!("{rated} mN m"),
                 format!("{expected} mN m"),
@@ -67,7 +72,7 @@ pub async fn differences(
             ));
         }
     }
-    Ok(found)
+    Ok(differences)
 }
 
 /// Counts of one revolution: 0x608F:1 / 0x608F:2. Kollmorgen AKD: 2^FB1.PSCALE.

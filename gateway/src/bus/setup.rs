@@ -92,11 +92,11 @@ pub fn inspect<L: Link>(
         let (cycle, synced) = (options.cycle, config.bus.distributed_clocks);
         let site = Site { config, group: &groups.drives, main, cycle, synced };
         site.compare_values().await?;
-        let found = site.compare_startup().await?;
+        let differences = site.compare_startup().await?;
         if lists == Lists::Write {
             site.write_startup(true).await?;
         }
-        Ok(found)
+        Ok(differences)
     };
     let done = wire.drive(work, now_ns() + TIMEOUT_NS);
     done.unwrap_or(Err(BusError::Silent))

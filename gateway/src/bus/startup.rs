@@ -53,11 +53,12 @@ fn computed(cycle: Duration, synced: bool) -> Vec<Sdo> {
 
 /// Objects of the list that differ in the drive. Reads only.
 pub async fn differences(device: &Device<'_>, list: &[Sdo]) -> Result<Vec<Difference>, SdoError> {
-    let mut found = Vec::new();
+    let mut differences = Vec::new();
     for sdo in list {
-        found.extend(compare(device, sdo, "written by `run` and `check --bus --write`").await?);
+        differences
+            .extend(compare(device, sdo, "written by `run` and `check --bus --write`").await?);
     }
-    Ok(found)
+    Ok(differences)
 }
 
 async fn compare(
@@ -81,7 +82,7 @@ async fn compare(
 
 /// Write what differs and read it back; what differs afterwards is returned.
 pub async fn apply(device: &Device<'_>, list: &[Sdo]) -> Result<Vec<Difference>, SdoError> {
-    let mut found = Vec::new();
+    let mut differences = Vec::new();
     let mut refusals: Vec<Option<SdoError>> = vec![None; list.len()];
     // twice: a drive may refuse an object until its partner is written (0x60C2)
     for _ in 0..2 {
@@ -100,9 +101,9 @@ pub async fn apply(device: &Device<'_>, list: &[Sdo]) -> Result<Vec<Difference>,
             }
             None => "the drive took it and holds another value: compare with its manual".to_owned(),
         };
-        found.extend(compare(device, sdo, &mend).await?);
+        differences.extend(compare(device, sdo, &mend).await?);
     }
-    Ok(found)
+    Ok(differences)
 }
 
 /// Store all parameters in the drive, so that they outlast its power.

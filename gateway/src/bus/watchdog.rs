@@ -25,7 +25,7 @@ pub async fn set_period<S>(
 where
     S: Deref<Target = SubDevice>,
 {
-    let mut found = Vec::new();
+    let mut differences = Vec::new();
     let ticks = watchdog_ms as u16 * 10;
     for (register, value) in [(DIVIDER, DIVIDER_100_US), (TICKS, ticks)] {
         let failed = |why| DriveError::Register(register, why);
@@ -35,10 +35,10 @@ where
             let what = format!("watchdog register {register:#06x}");
             let mend = "the drive does not take this watchdog: raise bus.watchdog_ms, or replace \
                         the drive";
-            found.push(Difference::new(what, actual, value, mend));
+            differences.push(Difference::new(what, actual, value, mend));
         }
     }
-    Ok(found)
+    Ok(differences)
 }
 
 /// Set the bit by which outputs trigger the watchdog, where the EEPROM of the drive leaves it out,

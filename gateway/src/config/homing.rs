@@ -92,10 +92,10 @@ impl Homed {
         let serials: BTreeSet<_> = homed.axis.iter().map(|axis| axis.serial).collect();
         let sum = homed.sum();
         match (homed.axis.len(), serials.len()) {
-            (AXES, AXES) if homed.sum.as_ref().is_some_and(|told| *told != sum) => {
-                let told = homed.sum.unwrap_or_default();
+            (AXES, AXES) if homed.sum.as_ref().is_some_and(|written| *written != sum) => {
+                let written = homed.sum.unwrap_or_default();
                 again(format!(
-                    "sum = {told}, its values give {sum}: a digit was changed after it was written"
+                    "sum = {written}, its values give {sum}: a digit was changed after it was written"
                 ))
             }
             (AXES, AXES) => Ok(homed),

@@ -81,12 +81,12 @@ mod tests {
         inputs = Inputs::default();
         inputs.of(&reply(1.0, true), 0);
         inputs.of(&reply(2.0, true), 3);
-        let held = reply(2.0, false);
-        let seen: Vec<_> = (0..10).map(|_| inputs.of(&held, 0).theta[3]).collect();
+        let still = reply(2.0, false);
+        let seen: Vec<_> = (0..10).map(|_| inputs.of(&still, 0).theta[3]).collect();
         assert_eq!(seen, [2.25, 2.5, 2.75, 3.0, 3.25, 3.5, 3.75, 4.0, 4.0, 4.0]);
         // a reply ends it: the line is then through what was measured
         assert_eq!(inputs.of(&reply(13.0, true), 0).theta, [13.0; AXES]);
-        assert_eq!(inputs.of(&held, 0).theta, [14.0; AXES]);
+        assert_eq!(inputs.of(&still, 0).theta, [14.0; AXES]);
     }
 
     #[test]

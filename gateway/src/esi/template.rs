@@ -104,24 +104,24 @@ fn chosen<'a>(maps: &'a [PdoMap], needed: &[u16]) -> Result<Vec<&'a PdoMap>, Lac
     if let Some(map) = sorted.iter().find(|map| needed.iter().all(|object| has(map, *object))) {
         return Ok(vec![*map]);
     }
-    let mut found: Vec<&PdoMap> = Vec::new();
+    let mut cover: Vec<&PdoMap> = Vec::new();
     let mut missing = Vec::new();
     for object in needed {
-        if found.iter().any(|map| has(map, *object)) {
+        if cover.iter().any(|map| has(map, *object)) {
             continue;
         }
         let repeats = |map: &PdoMap| {
             let own = map.entries.iter().filter(|e| e.object != 0);
-            own.into_iter().any(|e| found.iter().any(|taken| has(taken, e.object)))
+            own.into_iter().any(|e| cover.iter().any(|taken| has(taken, e.object)))
         };
         match sorted.iter().find(|map| has(map, *object) && !repeats(map)) {
-            Some(map) => found.push(map),
+            Some(map) => cover.push(map),
             None => missing.push(*object),
         }
     }
     if missing.is_empty() {
-        found.sort_by_key(|map| map.index);
-        return Ok(found);
+        cover.sort_by_key(|map| map.index);
+        return Ok(cover);
     }
     let free = maps.iter().filter(|map| !map.fixed).map(|map| map.index).collect();
     Err(Lacking { objects: missing, free })

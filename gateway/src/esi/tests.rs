@@ -31,12 +31,12 @@ fn file() -> String {
 
 #[test]
 fn a_profile_of_the_file_is_one_of_a_configuration() {
-    let found = devices(&file()).unwrap();
+    let listed = devices(&file()).unwrap();
     assert_eq!(
-        (found[0].vendor_id, found[0].product_code, found[0].revision),
+        (listed[0].vendor_id, listed[0].product_code, listed[0].revision),
         (0xF1E, 0x0402_0010, 2)
     );
-    let text = template(&found[0], &ROLES).unwrap();
+    let text = template(&listed[0], &ROLES).unwrap();
     let begin = CIA402.find("[profile]").unwrap();
     let end = CIA402.find("[limits]").unwrap();
     let whole = [&CIA402[..begin], &text, &CIA402[end..]].join("\n");
@@ -55,9 +55,9 @@ fn a_profile_of_the_file_is_one_of_a_configuration() {
 
 #[test]
 fn what_no_pdo_has_and_what_is_no_esi_is_told() {
-    let found = devices(&file()).unwrap();
+    let listed = devices(&file()).unwrap();
     let roles = Roles { target_torque: 0x2071, actual_torque: 0x2077, ..ROLES };
-    let why = template(&found[0], &roles).unwrap_err().to_string();
+    let why = template(&listed[0], &roles).unwrap_err().to_string();
     assert!(why.contains("no PDO of the file has 0x2071"), "{why}");
     assert!(why.contains("may be changed (0x1601)"), "{why}");
     assert!(why.contains("has 0x2077") && why.contains("(0x1a00, 0x1a01)"), "{why}");
@@ -104,9 +104,9 @@ fn what_the_maker_wants_to_be_written_becomes_the_start_up_list() {
     );
     let table: toml::Table = toml::from_str(&text).unwrap();
     let startup: Vec<crate::config::Sdo> = table["profile"]["startup"].clone().try_into().unwrap();
-    let found: Vec<_> = startup.iter().map(|s| (s.object, s.sub, s.kind, s.value)).collect();
+    let listed: Vec<_> = startup.iter().map(|s| (s.object, s.sub, s.kind, s.value)).collect();
     use crate::config::Kind::{U16, U32, U8};
-    assert_eq!(found, [(0x605A, 1, U16, 6), (0x2100, 1, U32, 0x1234_5678), (0x2101, 1, U8, 255)]);
+    assert_eq!(listed, [(0x605A, 1, U16, 6), (0x2100, 1, U32, 0x1234_5678), (0x2101, 1, U8, 255)]);
     assert_eq!((startup[0].name.as_str(), startup[2].name.as_str()), ("quick stop \"stays\"", "é"));
     assert!(!template(&devices(&file()).unwrap()[0], &ROLES).unwrap().contains("startup"));
     for (data, wanted) in [

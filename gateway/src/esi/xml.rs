@@ -56,12 +56,12 @@ pub fn devices(text: &str) -> Result<Vec<Device>, EsiError> {
     }
     let vendor_id = number(wanted(root, "Vendor")?, "Id")?;
     let list = wanted(wanted(root, "Descriptions")?, "Devices")?;
-    let found: Vec<_> = children(list, "Device").map(|d| device(d, vendor_id)).collect();
-    let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
-    if found.is_empty() {
+    let devices: Vec<_> = children(list, "Device").map(|d| device(d, vendor_id)).collect();
+    let devices = devices.into_iter().collect::<Result<Vec<_>, _>>()?;
+    if devices.is_empty() {
         return Err(lacks(list, "<Device>"));
     }
-    Ok(found)
+    Ok(devices)
 }
 
 fn device(node: Node, vendor_id: u32) -> Result<Device, EsiError> {

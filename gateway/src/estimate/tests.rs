@@ -51,8 +51,8 @@ fn damage_is_refused() {
     let text = Estimates::text(&[state()], &[]);
     let refused = |old: &str, new: &str, why: &str| {
         assert!(text.contains(old), "{old}");
-        let told = Estimates::states(&text.replace(old, new)).unwrap_err();
-        assert!(told.contains(why), "{told}");
+        let refusal = Estimates::states(&text.replace(old, new)).unwrap_err();
+        assert!(refusal.contains(why), "{refusal}");
     };
     refused("estimate 1", "estimate 2", "expected \"flexhex estimate 1\"");
     refused("0001", "001", "pairs of hexadecimal digits");

@@ -126,7 +126,7 @@ fn response(status: &str, kind: &str, body: &str) -> String {
 mod tests {
     use super::*;
 
-    fn asked(text: &str) -> String {
+    fn response_to(text: &str) -> String {
         answer(&request(&mut text.as_bytes()), 4850, &|| "{}".to_owned())
     }
 
@@ -141,15 +141,15 @@ mod tests {
             ("DELETE /status.json HTTP/1.1", "405"),
             ("", "405"),
         ] {
-            let told = asked(&format!("{line}\r\n{host}"));
+            let response = response_to(&format!("{line}\r\n{host}"));
             let wanted = if line.is_empty() { "403" } else { wanted };
-            assert!(told.starts_with(&format!("HTTP/1.1 {wanted}")), "{line}: {told}");
+            assert!(response.starts_with(&format!("HTTP/1.1 {wanted}")), "{line}: {response}");
         }
-        assert!(asked("GET /status.json HTTP/1.1\r\nhOST:localhost:4850\r\n\r\n")
+        assert!(response_to("GET /status.json HTTP/1.1\r\nhOST:localhost:4850\r\n\r\n")
             .ends_with("\r\n\r\n{}"));
         for other in ["", "Host: evil.example:4850\r\n", "Host: 127.0.0.1:80\r\n"] {
-            let told = asked(&format!("GET /status.json HTTP/1.1\r\n{other}\r\n"));
-            assert!(told.starts_with("HTTP/1.1 403"), "{other}: {told}");
+            let response = response_to(&format!("GET /status.json HTTP/1.1\r\n{other}\r\n"));
+            assert!(response.starts_with("HTTP/1.1 403"), "{other}: {response}");
         }
     }
 

@@ -120,8 +120,8 @@ impl Mover {
             let wanted = hold[k] + g.kp[k] * (e[k] + sum / g.t_i + g.t_d * self.e_rate[k]);
             let most = self.most[k];
             // anti-windup: at the limit the sum may only lead away from it
-            let held = wanted.abs() > most && (sum - self.e_sum[k]) * wanted > 0.0;
-            self.e_sum[k] = if held { self.e_sum[k] } else { sum };
+            let saturated = wanted.abs() > most && (sum - self.e_sum[k]) * wanted > 0.0;
+            self.e_sum[k] = if saturated { self.e_sum[k] } else { sum };
             let open = (hold[k] + self.push[k]).clamp(-most, most);
             self.tau[k] = if self.blind[k] { open } else { wanted.clamp(-most, most) };
         }

@@ -92,8 +92,8 @@ struct Machine {
 impl Machine {
     fn step(&mut self, tau: &Axes) {
         for k in 0..AXES {
-            let held = self.weight * WEIGHT[k] * (1.0 - self.theta[k] / REST[k]);
-            self.rate[k] += H * (tau[k] - held - FRICTION * self.rate[k]) / INERTIA;
+            let carried = self.weight * WEIGHT[k] * (1.0 - self.theta[k] / REST[k]);
+            self.rate[k] += H * (tau[k] - carried - FRICTION * self.rate[k]) / INERTIA;
             self.theta[k] += H * self.rate[k];
             if self.theta[k].abs() > STROKE {
                 (self.theta[k], self.rate[k]) = (STROKE.copysign(self.theta[k]), 0.0);

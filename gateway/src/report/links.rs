@@ -111,7 +111,7 @@ fn one(port: &PortErrors) -> Value {
 /// The largest difference before power and at the end, where any drive has a distributed clock.
 pub fn print_clocks(reporter: &Reporter, clocks: &Clocks) {
     let words = [(&clocks.start, "before power"), (&clocks.end, "at the end")];
-    let told = words.iter().filter_map(|(differences, when)| {
+    let phrases = words.iter().filter_map(|(differences, when)| {
         let (axis, size) = largest(differences)?;
         let above = match size > clocks.bound_ns {
             true => format!(" (above bus.clock_difference_ns = {})", clocks.bound_ns),
@@ -119,9 +119,9 @@ pub fn print_clocks(reporter: &Reporter, clocks: &Clocks) {
         };
         Some(format!("{size} ns {when} (axis {}){above}", axis + 1))
     });
-    let told: Vec<_> = told.collect();
-    if !told.is_empty() {
-        reporter.line("clocks", &format!("largest difference {}", told.join(", ")));
+    let phrases: Vec<_> = phrases.collect();
+    if !phrases.is_empty() {
+        reporter.line("clocks", &format!("largest difference {}", phrases.join(", ")));
     }
 }
 

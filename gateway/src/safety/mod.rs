@@ -112,7 +112,7 @@ impl Safety {
         }
         let shown = (self.rules.bounds.powered, self.complete(m));
         let torques = self.monitors.judge(m, &self.rules.config, shown, &self.shares);
-        let found = self
+        let trip = self
             .wire(m)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
@@ -120,7 +120,7 @@ impl Safety {
             .or(torques)
             .or_else(|| self.controller(m));
         self.remember(m);
-        found
+        trip
     }
 
     /// Cycles without a complete reply, in a row or too often.
@@ -182,7 +182,7 @@ impl Safety {
             if bounds.blind[k] {
                 continue;
             }
-            let found = None
+            let trip = None
                 .or_else(|| {
                     let last = self.last.filter(|_| fresh)?;
                     over(Reason::Jump, m.theta[k] - last[k], l.jump * f64::from(self.age))
@@ -197,8 +197,8 @@ impl Safety {
                         .powered
                         .then(|| over(Reason::FollowingError, m.e[k], bounds.following_error[k]))?
                 });
-            if found.is_some() {
-                return found;
+            if trip.is_some() {
+                return trip;
             }
         }
         None

@@ -76,13 +76,13 @@ impl Monitors {
             return None;
         }
         let [newest, before] = self.sent;
-        let mut found = None;
+        let mut first = None;
         for k in 0..AXES {
             let l = config.limits(k);
             let mut over = |reason, value: f64, limit: f64| {
                 shares.note(reason, value, limit);
                 if limit > 0.0 && (value.is_nan() || value.abs() > limit) {
-                    found = found.or(Some(Trip::of(reason, Some(k), value, limit, m.cycle)));
+                    first = first.or(Some(Trip::of(reason, Some(k), value, limit, m.cycle)));
                 }
             };
             if let Some(sent) = newest {
@@ -108,6 +108,6 @@ impl Monitors {
         let mut tau = [0.0; AXES];
         tau.copy_from_slice(&m.tau[..AXES]);
         self.sent = [Some(tau), newest];
-        found
+        first
     }
 }

@@ -76,10 +76,10 @@ pub fn disabled(
     (answered, working_counter): (bool, u16),
 ) -> [bool; AXES] {
     let present = al_state.iter().filter(|al| **al != 0).count();
-    let told = answered && usize::from(working_counter) == 3 * present;
+    let complete = answered && usize::from(working_counter) == 3 * present;
     std::array::from_fn(|k| {
         let state = cia402::state(statusword[k]);
-        told && al_state[k] != 0 && (!state.is_energised() || state == State::Fault)
+        complete && al_state[k] != 0 && (!state.is_energised() || state == State::Fault)
     })
 }
 

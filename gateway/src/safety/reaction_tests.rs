@@ -57,8 +57,8 @@ fn a_landing_goes_on_only_while_five_encoders_and_all_drives_are_sound() {
                     let mut blind = [false; AXES];
                     first.into_iter().for_each(|k: usize| blind[k] = true);
                     let trip = Trip::of(reason, axis, 1.0, 0.0, 7);
-                    let found = in_landing(&trip, kind, &blind);
-                    match found {
+                    let reaction = in_landing(&trip, kind, &blind);
+                    match reaction {
                         InLanding::GoOn => assert!(reason == Reason::Overrun && kind.lands()),
                         InLanding::Blind(k) => {
                             assert_eq!((Some(k), kind, first), (axis, Damp, None));

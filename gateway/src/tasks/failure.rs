@@ -10,7 +10,7 @@ pub enum Failure {
     /// No end stop within so far of the rest pose [rad].
     NoStop { axis: usize, within: f64 },
     /// Angles of the stop in two passes, and the largest difference [rad].
-    NotRepeated { axis: usize, found: [f64; 2], allowed: f64 },
+    NotRepeated { axis: usize, angles: [f64; 2], allowed: f64 },
 }
 
 impl Display for Failure {
@@ -27,7 +27,7 @@ impl Display for Failure {
                  by hand and use --at",
                 axis + 1
             ),
-            Failure::NotRepeated { axis, found: [first, second], allowed } => write!(
+            Failure::NotRepeated { axis, angles: [first, second], allowed } => write!(
                 f,
                 "axis {}: the end stop was met at {first:.5} and at {second:.5} rad, allowed {allowed} rad \
                  apart: something else stopped it, or the torque (homing.torque_N_m) is too low",

@@ -156,15 +156,15 @@ mod tests {
         let unit = |j: usize, k: usize| f64::from(u8::from(j == k));
         let sound = pushed(unit);
         assert!(sound.iter().all(|n| n.fault().is_none() && n.moved < 1.2 * MOVED), "{sound:?}");
-        let told = |gain: &dyn Fn(usize, usize) -> f64, k: usize| {
+        let failure = |gain: &dyn Fn(usize, usize) -> f64, k: usize| {
             pushed(gain)[k].fault().unwrap().to_string()
         };
         let turned = |j: usize, k: usize| if j == 3 { -unit(j, k) } else { unit(j, k) };
-        assert!(told(&turned, 3).contains("moved against its torque"));
+        assert!(failure(&turned, 3).contains("moved against its torque"));
         let stiff = |j: usize, k: usize| if j == 3 { 0.01 * unit(j, k) } else { unit(j, k) };
-        assert!(told(&stiff, 3).contains("moved"));
+        assert!(failure(&stiff, 3).contains("moved"));
         let swapped = |j: usize, k: usize| unit([1, 0, 2, 3, 4, 5][j], k);
-        assert!(told(&swapped, 0).contains("axis 2 moved more"));
+        assert!(failure(&swapped, 0).contains("axis 2 moved more"));
         assert!(pushed(swapped)[4].fault().is_none());
     }
 }

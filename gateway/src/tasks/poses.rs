@@ -31,7 +31,7 @@ impl Poses {
     }
 
     pub fn begin(&mut self, rest: &Axes) -> Option<Leg> {
-        Some(Leg::new(*rest, *self.list.first()?).held(self.hold))
+        Some(Leg::new(*rest, *self.list.first()?).holding(self.hold))
     }
 
     pub fn step(&mut self, seen: &Seen) -> Step {
@@ -44,7 +44,7 @@ impl Poses {
         }
         self.now += 1;
         match self.list.get(self.now) {
-            Some(next) => Step::Go(Leg::new(now, *next).held(self.hold)),
+            Some(next) => Step::Go(Leg::new(now, *next).holding(self.hold)),
             None => Step::Over,
         }
     }

@@ -37,7 +37,7 @@ impl Leg {
         Leg { from, to, speed: None, hold: None, seeks: None }
     }
 
-    pub fn held(self, time: f64) -> Leg {
+    pub fn holding(self, time: f64) -> Leg {
         Leg { hold: Some(time), ..self }
     }
 

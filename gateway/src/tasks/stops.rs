@@ -52,7 +52,7 @@ pub struct Stops {
     newest: f64,
     constant: u32,
     /// Angles of the stops by pass [rad].
-    found: [Axes; 2],
+    angles: [Axes; 2],
 }
 
 impl Stops {
@@ -68,18 +68,18 @@ impl Stops {
             window: (0.0, 0.0),
             newest: 0.0,
             constant: 0,
-            found: [[0.0; AXES]; 2],
+            angles: [[0.0; AXES]; 2],
         }
     }
 
     /// Mean angle of each stop [rad], where the machine stood when the run began as 0.
-    pub fn found(&self) -> Axes {
-        std::array::from_fn(|k| 0.5 * (self.found[0][k] + self.found[1][k]))
+    pub fn angles(&self) -> Axes {
+        std::array::from_fn(|k| 0.5 * (self.angles[0][k] + self.angles[1][k]))
     }
 
     /// Difference of the two passes [rad].
     pub fn spread(&self) -> Axes {
-        std::array::from_fn(|k| (self.found[0][k] - self.found[1][k]).abs())
+        std::array::from_fn(|k| (self.angles[0][k] - self.angles[1][k]).abs())
     }
 
     pub fn begin(&mut self, rest: &Axes) -> Leg {
@@ -142,7 +142,7 @@ impl Stops {
         if (theta[k] - self.first).abs() < CLEAR {
             return Step::Fail(Failure::Dead(k));
         }
-        self.found[self.pass][k] = theta[k];
+        self.angles[self.pass][k] = theta[k];
         let mut from = self.rest;
         from[k] = theta[k];
         if self.pass == 0 {
@@ -150,8 +150,8 @@ impl Stops {
             return Step::Go(self.away(from));
         }
         if self.spread()[k] > REPEATS {
-            let found = self.found.map(|pass| pass[k]);
-            return Step::Fail(Failure::NotRepeated { axis: k, found, allowed: REPEATS });
+            let angles = self.angles.map(|pass| pass[k]);
+            return Step::Fail(Failure::NotRepeated { axis: k, angles, allowed: REPEATS });
         }
         self.part = Part::Return;
         Step::Go(Leg::new(from, self.rest))

@@ -61,7 +61,7 @@ fn stops_are_found_in_two_passes_of_every_axis() {
     let at = [-0.1, -0.15, -0.2, -0.02, -0.3, -0.18];
     let (end, stops) = searched(at, 0.0);
     assert_eq!(end, Step::Over);
-    assert_eq!(stops.found(), at);
+    assert_eq!(stops.angles(), at);
     assert_eq!(stops.spread(), [0.0; AXES]);
 }
 

@@ -48,9 +48,9 @@ const OURS: [u8; 4] = [0x10; 4];
 
 /// A frame that says that none comes.
 fn no_reply(frame: &[u8]) -> Vec<u8> {
-    let mut told = frame[..=INDEX].to_vec();
-    told[TYPE] = NO_REPLY << 4;
-    told
+    let mut notice = frame[..=INDEX].to_vec();
+    notice[TYPE] = NO_REPLY << 4;
+    notice
 }
 
 /// Frame counts.

@@ -88,8 +88,8 @@ pub struct Replay {
 impl Replay {
     pub fn open(file: &Path) -> Result<Replay, CaptureError> {
         let capture = std::fs::read(file).map_err(CaptureFault::Unreadable);
-        let found = capture.and_then(|capture| Replay::of(&capture));
-        found.map_err(|why| CaptureError { file: file.to_owned(), why })
+        let replay = capture.and_then(|capture| Replay::of(&capture));
+        replay.map_err(|why| CaptureError { file: file.to_owned(), why })
     }
 
     /// From the content of a file, or why it is none.
@@ -104,10 +104,10 @@ impl Replay {
                 continue;
             }
             let number = &frame[NUMBER];
-            let asked = exchanges.iter_mut().rev().take(AHEAD);
-            if let Some(asked) = asked.into_iter().find(|e| e.request[NUMBER] == *number) {
+            let waiting = exchanges.iter_mut().rev().take(AHEAD);
+            if let Some(waiting) = waiting.into_iter().find(|e| e.request[NUMBER] == *number) {
                 // of two copies the first
-                asked.reply.get_or_insert_with(|| frame.to_vec());
+                waiting.reply.get_or_insert_with(|| frame.to_vec());
             }
         }
         match exchanges.is_empty() {
@@ -128,8 +128,8 @@ impl Link for Replay {
         let place = self.exchanges.iter().take(AHEAD).position(|e| alike(&e.request, frame));
         let Some(place) = place else { return true };
         self.exchanges.drain(..place);
-        let found = self.exchanges.pop_front().and_then(|exchange| exchange.reply);
-        if let Some(mut reply) = found {
+        let kept = self.exchanges.pop_front().and_then(|exchange| exchange.reply);
+        if let Some(mut reply) = kept {
             reply[NUMBER].copy_from_slice(&frame[NUMBER]);
             reply[INDEX] = frame[INDEX];
             self.arriving.push_back(reply);
@@ -179,16 +179,16 @@ fn frames(capture: &[u8]) -> Result<Vec<&[u8]>, CaptureFault> {
     if number(&head[20..]) != ETHERNET {
         return Err(CaptureFault::LinkType(number(&head[20..])));
     }
-    let (mut at, mut found) = (FILE_HEAD, Vec::new());
+    let (mut at, mut frames) = (FILE_HEAD, Vec::new());
     while let Some(head) = capture.get(at..at + FRAME_HEAD) {
         let length = number(&head[8..]) as usize;
         at += FRAME_HEAD;
         // a capture that was cut short ends here
         let Some(frame) = capture.get(at..at.saturating_add(length)) else { break };
-        found.push(frame);
+        frames.push(frame);
         at += length;
     }
-    Ok(found)
+    Ok(frames)
 }
 
 #[cfg(test)]

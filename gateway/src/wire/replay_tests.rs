@@ -56,15 +56,15 @@ fn requests_are_answered_as_they_were_whatever_their_numbers_are() {
     ];
     let mut replay = Replay::of(&pcap(&frames)).unwrap();
     // another number, and the second request is left out
-    let asked = frame(4, 9, &[7]);
-    assert_eq!(answered(&mut replay, &asked), Some(reply(&asked, 1)));
-    let told = answered(&mut replay, &frame(5, 10, &[8])).unwrap();
-    assert_eq!(told[super::super::TYPE] >> 4, super::super::NO_REPLY, "it was lost then");
-    let asked = frame(PROCESS_DATA, 11, &[5, 6]);
-    let found = answered(&mut replay, &asked).unwrap();
-    assert_eq!((found[NUMBER.start], found[26], found[28]), (11, 1, 3), "with its own data");
+    let request = frame(4, 9, &[7]);
+    assert_eq!(answered(&mut replay, &request), Some(reply(&request, 1)));
+    let notice = answered(&mut replay, &frame(5, 10, &[8])).unwrap();
+    assert_eq!(notice[super::super::TYPE] >> 4, super::super::NO_REPLY, "it was lost then");
+    let request = frame(PROCESS_DATA, 11, &[5, 6]);
+    let answer = answered(&mut replay, &request).unwrap();
+    assert_eq!((answer[NUMBER.start], answer[26], answer[28]), (11, 1, 3), "with its own data");
     assert!(replay.is_over());
-    assert_eq!(answered(&mut replay, &asked), None);
+    assert_eq!(answered(&mut replay, &request), None);
 }
 
 #[test]

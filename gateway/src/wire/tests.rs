@@ -36,8 +36,9 @@ impl Link for Script {
         reply[6] |= 0x02; // the first device marks the source address
         let counter = reply.len() - 2;
         reply[counter] = 1;
-        let held = |kept: &[u8]| self.wait_for_index && kept[super::INDEX] != frame[super::INDEX];
-        if self.kept.as_deref().is_some_and(|kept| !held(kept)) {
+        let withheld =
+            |kept: &[u8]| self.wait_for_index && kept[super::INDEX] != frame[super::INDEX];
+        if self.kept.as_deref().is_some_and(|kept| !withheld(kept)) {
             self.arriving.extend(self.kept.take());
         }
         match self.answers.pop_front().unwrap_or(Answer::Once) {

@@ -37,37 +37,38 @@ fn main() -> ExitCode {
 }
 
 fn arguments() -> Result<Arguments, String> {
-    let mut found = Arguments { seconds: 10.0, host: "plant".to_owned(), ..Arguments::default() };
-    found.options.wait = Duration::from_secs(5);
+    let mut arguments =
+        Arguments { seconds: 10.0, host: "plant".to_owned(), ..Arguments::default() };
+    arguments.options.wait = Duration::from_secs(5);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word}: value missing"));
         match word.as_str() {
-            "--seconds" => found.seconds = number(&value()?)?,
-            "--own-thread" => found.options.own_thread.push(value()?),
-            "--wait" => found.options.wait = Duration::from_secs_f64(number(&value()?)?),
-            "--hold" => found.options.late = Late::Hold,
-            "--fault-trips" => found.options.fault_trips = true,
+            "--seconds" => arguments.seconds = number(&value()?)?,
+            "--own-thread" => arguments.options.own_thread.push(value()?),
+            "--wait" => arguments.options.wait = Duration::from_secs_f64(number(&value()?)?),
+            "--hold" => arguments.options.late = Late::Hold,
+            "--fault-trips" => arguments.options.fault_trips = true,
             "--step-limit" => {
                 let limit = Duration::from_secs_f64(number(&value()?)?);
-                found.options.step_limit = Some(limit);
+                arguments.options.step_limit = Some(limit);
             }
-            "--plant" => found.plant = Some(value()?.into()),
-            "--host" => found.host = value()?,
-            "--signal" => found.signals.push(value()?),
-            "--out" => found.out = Some(value()?.into()),
-            "--pace" => found.pace = true,
+            "--plant" => arguments.plant = Some(value()?.into()),
+            "--host" => arguments.host = value()?,
+            "--signal" => arguments.signals.push(value()?),
+            "--out" => arguments.out = Some(value()?.into()),
+            "--pace" => arguments.pace = true,
             "--set" => {
                 let text = value()?;
                 let (name, text) =
                     text.split_once('=').ok_or("--set: write it as component.parameter=value")?;
                 let pair = (name.to_owned(), text.parse().unwrap_or_else(|never| match never {}));
-                found.options.parameters.push(pair);
+                arguments.options.parameters.push(pair);
             }
-            _ => found.ssp = word.into(),
+            _ => arguments.ssp = word.into(),
         }
     }
-    Ok(found)
+    Ok(arguments)
 }
 
 fn number(text: &str) -> Result<f64, String> {

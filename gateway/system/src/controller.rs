@@ -40,8 +40,8 @@ impl Controller {
         let system = system.with(&options.parameters)?;
         let machine = find(system.components(), host)?;
         for name in &options.own_thread {
-            let found = find(system.components(), name)?;
-            if found.name() == host {
+            let component = find(system.components(), name)?;
+            if component.name() == host {
                 let text = format!("{name}: is the component of the machine, which the drives replace: it has no thread");
                 return Err(Error::new(text));
             }

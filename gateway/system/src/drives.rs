@@ -50,8 +50,8 @@ pub(crate) fn array(
     let names: Vec<String> = (1..)
         .map(|k| format!("{name}[{k}]"))
         .take_while(|n| {
-            let found = component.variable(n);
-            found.is_some_and(|v| v.causality == causality && v.kind == Kind::Real)
+            let variable = component.variable(n);
+            variable.is_some_and(|v| v.causality == causality && v.kind == Kind::Real)
         })
         .collect();
     if names.is_empty() {

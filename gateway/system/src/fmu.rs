@@ -123,15 +123,15 @@ fn binary(model: &str) -> String {
 
 /// Platforms for which the archive holds anything below `binaries/`.
 fn platforms(members: &[String]) -> Vec<String> {
-    let mut found: Vec<String> = members
+    let mut names: Vec<String> = members
         .iter()
         .filter_map(|m| m.strip_prefix("binaries/")?.split_once('/'))
         .filter(|(_, file)| !file.is_empty())
         .map(|(platform, _)| platform.to_owned())
         .collect();
-    found.sort();
-    found.dedup();
-    found
+    names.sort();
+    names.dedup();
+    names
 }
 
 fn address(path: &Path) -> String {
@@ -163,8 +163,8 @@ fn model_identifier(top: Node) -> Result<String, Error> {
                 Err(Error::new(text))
             }
         }
-        found => {
-            let kind = if found.is_some() { "co-simulation" } else { "no co-simulation" };
+        other => {
+            let kind = if other.is_some() { "co-simulation" } else { "no co-simulation" };
             let text = format!("FMI {version}, {kind}: export it for FMI 2.0 co-simulation");
             Err(Error::new(text))
         }

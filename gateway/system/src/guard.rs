@@ -93,9 +93,9 @@ mod tests {
         assert_eq!(guard.outside(&[1e300, 2.0, 0.0], 7), None);
         assert_eq!(guard.outside(&[f64::NAN, f64::NAN, 1.0], 7), None);
         for value in [-1.1, 2.1] {
-            let found = guard.outside(&[0.0, value, 9.0], 7).unwrap();
-            assert_eq!((found.output, found.value, found.now), (1, value, 7));
-            assert_eq!((found.low, found.high), (-1.0, 2.0));
+            let fault = guard.outside(&[0.0, value, 9.0], 7).unwrap();
+            assert_eq!((fault.output, fault.value, fault.now), (1, value, 7));
+            assert_eq!((fault.low, fault.high), (-1.0, 2.0));
         }
     }
 }

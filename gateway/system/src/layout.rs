@@ -86,10 +86,10 @@ impl Layout {
 
 /// Outputs in the order of their types, as the executor wants them.
 fn outputs(member: &Component) -> Vec<&Variable> {
-    let mut found: Vec<_> =
+    let mut listed: Vec<_> =
         member.of(Causality::Output).filter(|v| v.kind != Kind::String).collect();
-    found.sort_by_key(|v| v.kind);
-    found
+    listed.sort_by_key(|v| v.kind);
+    listed
 }
 
 /// Variables in the order of their types, and what belongs to each.

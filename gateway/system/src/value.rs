@@ -38,9 +38,9 @@ impl Value {
             (Kind::Boolean, Value::Number(number)) if [0.0, 1.0].contains(number) => Ok(*number),
             (Kind::Boolean, _) => must("0, 1, true or false"),
             (Kind::Integer, Value::Item(item)) if !items.is_empty() => {
-                let found = items.iter().find(|(known, _)| known == item);
+                let entry = items.iter().find(|(known, _)| known == item);
                 let names = || unknown("item", item, items.iter().map(|(known, _)| known.as_str()));
-                found.map(|(_, value)| *value).ok_or_else(|| Error::new(names()).at(name))
+                entry.map(|(_, value)| *value).ok_or_else(|| Error::new(names()).at(name))
             }
             (Kind::Integer, Value::Number(number)) if items.is_empty() && whole(*number) => {
                 Ok(*number)

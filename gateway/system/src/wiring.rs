@@ -64,8 +64,8 @@ fn port<'a>(
     name: &str,
     (causality, rule): (Causality, &str),
 ) -> Result<&'a Variable, Error> {
-    let found = find(components, component)?;
-    let variable = found.fmu().variable(name).map_err(|e| e.at(format!("in {component}")))?;
+    let owner = find(components, component)?;
+    let variable = owner.fmu().variable(name).map_err(|e| e.at(format!("in {component}")))?;
     if variable.causality != causality {
         return Err(Error::new(format!(
             "{component}.{name} is of causality {}; a connection {rule}",

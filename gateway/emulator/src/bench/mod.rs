@@ -35,8 +35,8 @@ impl Bench {
         let mut out = Vec::new();
         self.machine.receive(bytes, 0, &mut out).expect("the plant runs");
         // in lockstep this says that no reply comes
-        let told = segment::no_reply(bytes);
-        out.retain(|reply| *reply != told);
+        let notice = segment::no_reply(bytes);
+        out.retain(|reply| *reply != notice);
         out
     }
 

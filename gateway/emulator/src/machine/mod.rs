@@ -29,7 +29,7 @@ pub struct Machine {
     /// Since a reply showed all drives enabled; None before.
     cycle: Option<u64>,
     /// Something holds the plant until then.
-    held: bool,
+    waits: bool,
     /// Process-data frames so far, or base steps in their place.
     pub frames: u64,
     other_frames: u64,
@@ -72,7 +72,7 @@ impl Machine {
             lockstep,
             dt,
             cycle: None,
-            held: true,
+            waits: true,
             frames: 0,
             other_frames: 0,
             received: 0,
@@ -157,9 +157,9 @@ impl Machine {
         let fate = self.fate(answered);
         let unanswered = matches!(fate, Fate::Lost | Fate::Late { .. });
         // no clock applies in lockstep: the other end is told not to wait
-        let told = (self.lockstep && unanswered).then(|| segment::no_reply(&frame));
+        let notice = (self.lockstep && unanswered).then(|| segment::no_reply(&frame));
         self.replies.take(frame, fate, out);
-        out.extend(told);
+        out.extend(notice);
         if self.lockstep {
             self.advance(wall)
         } else {
@@ -185,7 +185,7 @@ impl Machine {
         if self.lockstep {
             self.frames += 1;
         }
-        if self.cycle.is_some() || !self.held {
+        if self.cycle.is_some() || !self.waits {
             self.push()?;
         }
         self.record_changes();
@@ -193,7 +193,7 @@ impl Machine {
             device.drive_mut().machine.settle();
         }
         let Some(cycle) = self.cycle else {
-            self.measure((!self.held).then_some(self.dt));
+            self.measure((!self.waits).then_some(self.dt));
             self.extremes.note(&self.theta, self.dt);
             return Ok(());
         };

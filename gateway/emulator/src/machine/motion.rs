@@ -12,7 +12,7 @@ impl Machine {
 
     /// Lets go of the plant: it moves without torque for `steps` base steps, and from then on.
     pub fn rest(&mut self, steps: u64) -> Result<(), Error> {
-        self.held = false;
+        self.waits = false;
         for _ in 0..steps {
             self.push()?;
             self.measure(Some(self.dt));

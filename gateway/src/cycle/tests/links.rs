@@ -120,10 +120,10 @@ fn clocks(line: &mut Line, config: &Config, cycles: usize) -> Result<Clocks, Str
 
 #[test]
 fn clocks_that_follow_the_first_one_settle_within_some_ns() {
-    let found = clocks(&mut Line::open("drives.drift_ppm = 100.0"), &config(), 4000).unwrap();
-    assert_eq!((found.bound_ns, found.start[0]), (2500, None), "the first follows nobody");
-    for ns in found.start[1..].iter().chain(&found.end[1..]) {
-        assert!(ns.is_some_and(|ns| ns.abs() < 100), "{found:?}");
+    let report = clocks(&mut Line::open("drives.drift_ppm = 100.0"), &config(), 4000).unwrap();
+    assert_eq!((report.bound_ns, report.start[0]), (2500, None), "the first follows nobody");
+    for ns in report.start[1..].iter().chain(&report.end[1..]) {
+        assert!(ns.is_some_and(|ns| ns.abs() < 100), "{report:?}");
     }
 }
 
@@ -134,12 +134,12 @@ fn a_clock_that_drifts_away_is_told_at_the_end() {
     let mut config = config();
     // the master sets the clocks to within the delays of the line, here 4 times 0.68 us
     config.bus.clock_difference_ns = Some(5000);
-    let found = clocks(&mut Line::open(text), &config, 4000).unwrap();
-    let [start, end] = [found.start, found.end].map(|all| all[4].unwrap());
+    let report = clocks(&mut Line::open(text), &config, 4000).unwrap();
+    let [start, end] = [report.start, report.end].map(|all| all[4].unwrap());
     // 20 ppm of the second of the cycles: 20 us, behind
     assert!(start.abs() < 5000, "{start}");
     assert!((end - start + 20_000).abs() < 100, "{start} {end}");
-    assert_eq!(crate::bus::largest(&found.end).map(|(axis, _)| axis), Some(4));
+    assert_eq!(crate::bus::largest(&report.end).map(|(axis, _)| axis), Some(4));
 }
 
 #[test]

@@ -78,21 +78,21 @@ fn fault(chance: &mut Chance) -> String {
 
 /// What must hold afterwards.
 fn ends_well(what: &str, line: &mut Line, out: &Outcome) {
-    let told = format!("{what}: {:?}", out.unconfirmed());
+    let case = format!("{what}: {:?}", out.unconfirmed());
     line.line.wait().unwrap();
     for axis in (0..AXES).filter(|axis| line.line.powered()[*axis]) {
-        assert!(out.unconfirmed().contains(&(axis + 1)), "{told}: axis {} has power", axis + 1);
+        assert!(out.unconfirmed().contains(&(axis + 1)), "{case}: axis {} has power", axis + 1);
     }
     line.leave_alone(3.0);
     let before = line.line.angles();
     line.leave_alone(0.5);
     let after = line.line.angles();
     let rate = (0..AXES).map(|k| (after[k] - before[k]).abs() / 0.5).fold(0.0, f64::max);
-    assert!(rate < 0.1, "{told}: {rate} rad/s at the end");
-    assert!(!line.line.powered().contains(&true), "{told}: a drive has power at the end");
+    assert!(rate < 0.1, "{case}: {rate} rad/s at the end");
+    assert!(!line.line.powered().contains(&true), "{case}: a drive has power at the end");
     let (fastest, farthest) = line.line.extremes();
-    assert!(fastest < 1.0, "{told}: {fastest} rad/s");
-    assert!(farthest <= STROKE, "{told}: {farthest} rad");
+    assert!(fastest < 1.0, "{case}: {fastest} rad/s");
+    assert!(farthest <= STROKE, "{case}: {farthest} rad");
 }
 
 #[test]

@@ -51,16 +51,16 @@ fn a_replayed_capture_gives_the_same_rows_and_the_same_trip() {
 fn without_questions(frames: &[Vec<u8>]) -> Vec<Vec<u8>> {
     let asks = |frame: &[u8]| frame[COMMAND] == FPRD && frame[REGISTER] == COUNTERS;
     let mut kept = Vec::new();
-    let (mut asked, mut in_op) = (false, false);
+    let (mut due, mut in_op) = (false, false);
     for frame in frames {
         in_op |= frame[COMMAND] == LRW;
         if asks(frame) {
-            asked = in_op;
+            due = in_op;
             continue;
         }
-        let skipped = asked && frame[COMMAND] == LRW;
+        let skipped = due && frame[COMMAND] == LRW;
         let is_reply = frame[6] & 0x02 != 0;
-        asked &= !(skipped && is_reply);
+        due &= !(skipped && is_reply);
         if !skipped {
             kept.push(frame.clone());
         }

@@ -177,17 +177,17 @@ fn replies_that_fail_too_often_trip_and_seldom_ones_do_not() {
         for short in [false, true] {
             let mut safety = safety();
             let mut cycle = Cycle::rest();
-            let mut found = None;
+            let mut trip = None;
             for k in 0..2000 {
                 cycle.n = k;
                 let fails = k % m < n;
                 (cycle.answered, cycle.working_counter) =
                     if short { (true, if fails { 15 } else { 18 }) } else { (!fails, 18) };
                 cycle.theta = [1e-9 * k as f64; AXES];
-                found = found.or(cycle.judged(&mut safety));
+                trip = trip.or(cycle.judged(&mut safety));
             }
             let reason = if short { Reason::WorkingCounter } else { Reason::LostFrames };
-            assert_eq!(found.map(|t| t.reason), lost.map(|_| reason), "{n} of {m}");
+            assert_eq!(trip.map(|t| t.reason), lost.map(|_| reason), "{n} of {m}");
         }
     }
 }
@@ -209,8 +209,8 @@ fn lost_frames_trip_at_the_eighth_in_a_row() {
 #[test]
 fn failures_of_the_controller_and_late_cycles_are_reasons() {
     for reason in [Reason::NotFinite, Reason::FmuError, Reason::FmuFault, Reason::LateThread] {
-        let found = after_rest(|c| c.controller = Some((reason, 3.0)));
-        assert_eq!(found.map(|t| (t.0, t.2)), Some((reason, 3.0)));
+        let trip = after_rest(|c| c.controller = Some((reason, 3.0)));
+        assert_eq!(trip.map(|t| (t.0, t.2)), Some((reason, 3.0)));
     }
     assert_eq!(after_rest(|c| c.overrun_us = 2000.0), None);
     let late = after_rest(|c| c.overrun_us = 2000.1);

@@ -22,7 +22,7 @@ fn first(cycles: i64, bend: impl Fn(i64, &mut Cycle)) -> Option<Trip> {
     })
 }
 
-fn told(trip: Option<Trip>) -> Option<(Reason, Option<usize>, i64)> {
+fn seen(trip: Option<Trip>) -> Option<(Reason, Option<usize>, i64)> {
     trip.map(|t| (t.reason, t.axis, t.cycle))
 }
 
@@ -34,7 +34,7 @@ fn a_torque_that_steps_is_stopped_before_it_is_sent() {
             c.tau_meas[2] = 0.5;
         })
     };
-    assert_eq!(told(step(2.0)), None, "the limit itself is allowed");
+    assert_eq!(seen(step(2.0)), None, "the limit itself is allowed");
     let trip = step(-2.001).unwrap();
     assert_eq!((trip.reason, trip.axis, trip.cycle), (Reason::TorqueStep, Some(2), 20));
     assert!((trip.value + 2.001).abs() < 1e-12 && trip.limit == 2.0, "{trip}");
@@ -43,12 +43,12 @@ fn a_torque_that_steps_is_stopped_before_it_is_sent() {
 #[test]
 fn a_torque_may_change_more_over_cycles_that_were_skipped() {
     for (skipped, wanted) in [(0, true), (1, true), (2, false)] {
-        let found = first(10, |n, c| {
+        let trip = first(10, |n, c| {
             (c.tau[0], c.skipped) =
                 (if n < 5 { 0.0 } else { 5.0 }, if n == 5 { skipped } else { 0 });
             c.tau_meas[0] = c.tau[0];
         });
-        assert_eq!(found.map(|t| t.reason), wanted.then_some(Reason::TorqueStep), "{skipped}");
+        assert_eq!(trip.map(|t| t.reason), wanted.then_some(Reason::TorqueStep), "{skipped}");
     }
 }
 
@@ -70,16 +70,16 @@ fn a_new_phase_may_begin_at_another_torque() {
 #[test]
 fn a_drive_that_gives_another_torque_is_told_within_its_time() {
     // commanded 0.002 N m more each cycle; the drive stays where it was
-    let found = |measured: fn(i64) -> f64| {
+    let trip = |measured: fn(i64) -> f64| {
         first(800, move |n, c| {
             c.tau[4] = 0.002 * n as f64;
             c.tau_meas[4] = measured(n);
         })
     };
     // the frame of cycle n carries what was judged in n - 1, and shows in cycle n + 1
-    assert_eq!(told(found(|n| 0.002 * (n - 2) as f64)), None);
-    assert_eq!(told(found(|n| 0.002 * (n - 2) as f64 + 0.9)), None);
-    let stuck = found(|_| 0.0).unwrap();
+    assert_eq!(seen(trip(|n| 0.002 * (n - 2) as f64)), None);
+    assert_eq!(seen(trip(|n| 0.002 * (n - 2) as f64 + 0.9)), None);
+    let stuck = trip(|_| 0.0).unwrap();
     assert_eq!((stuck.reason, stuck.axis), (Reason::MeasuredTorque, Some(4)));
     // the difference is 1 N m in cycle 502, and its mean over 10 ms 40 cycles later
     assert!((535..550).contains(&stuck.cycle), "{stuck}");
@@ -87,28 +87,28 @@ fn a_drive_that_gives_another_torque_is_told_within_its_time() {
 
 #[test]
 fn a_measured_torque_of_an_incomplete_reply_is_not_judged() {
-    let found = first(400, |n, c| {
+    let trip = first(400, |n, c| {
         c.tau_meas[1] = if n % 5 == 0 { 20.0 } else { 0.0 };
         c.answered = n % 5 != 0;
     });
-    assert_eq!(told(found), None);
+    assert_eq!(seen(trip), None);
 }
 
 #[test]
 fn a_feedback_that_carries_the_machine_alone_is_told() {
     for (carried, wanted) in [(0.59, None), (0.7, Some(Reason::FeedbackTorque))] {
-        let found = first(12_000, |_, c| {
+        let trip = first(12_000, |_, c| {
             let mut feedback = [0.0; AXES];
             feedback[5] = -carried;
             c.feedback = Some(feedback);
         });
-        assert_eq!(found.map(|t| t.reason), wanted, "{carried}");
+        assert_eq!(trip.map(|t| t.reason), wanted, "{carried}");
         // 0.7 (1 - exp(-t / 1 s)) = 0.6 at 1.946 s
-        assert!(found.is_none_or(|t| (7775..7795).contains(&t.cycle)), "{found:?}");
+        assert!(trip.is_none_or(|t| (7775..7795).contains(&t.cycle)), "{trip:?}");
     }
     // a swing of the same size is none
     let swing = first(4000, |n, c| c.feedback = Some([(0.05 * n as f64).sin() * 3.0; AXES]));
-    assert_eq!(told(swing), None);
+    assert_eq!(seen(swing), None);
 }
 
 #[test]
@@ -166,9 +166,9 @@ fn a_lift_off_allows_less_error_than_a_run() {
 #[test]
 fn a_motor_bears_its_rated_torque_for_ever_and_more_for_a_while() {
     // the mean square of a step is 1 - exp(-t / T) of its end, T = 10 s; drives measure what they were sent
-    let held = |tau: f64| first(400_000, move |_, c| (c.tau[1], c.tau_meas[1]) = (tau, tau));
-    assert_eq!(told(held(9.0)), None);
-    let trip = held(12.0).unwrap();
+    let loaded = |tau: f64| first(400_000, move |_, c| (c.tau[1], c.tau_meas[1]) = (tau, tau));
+    assert_eq!(seen(loaded(9.0)), None);
+    let trip = loaded(12.0).unwrap();
     assert_eq!((trip.reason, trip.axis, trip.limit), (Reason::Thermal, Some(1), 9.0));
     let wanted = -10.0 * (1.0 - (9.0f64 / 12.0).powi(2)).ln() / TS;
     assert!((trip.cycle as f64 - wanted).abs() < 10.0, "{trip} {wanted}");

@@ -50,7 +50,7 @@ fn an_angle_from_before_a_gap_makes_no_speed() {
     for (speed, wanted) in [(1.0, None), (3.01, Some((Reason::Speed, 38)))] {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
-        let mut found = None;
+        let mut trip = None;
         for n in 0..60 {
             let time = n + if n < 29 { 0 } else { 16 };
             cycle.n = n;
@@ -60,9 +60,9 @@ fn an_angle_from_before_a_gap_makes_no_speed() {
                 let after = (time - 46).max(0) as f64;
                 cycle.theta[3] = TS * (time.min(46) as f64 + speed * after);
             }
-            found = found.or(cycle.judged(&mut safety));
+            trip = trip.or(cycle.judged(&mut safety));
         }
-        assert_eq!(found.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
+        assert_eq!(trip.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
     }
 }
 
@@ -71,13 +71,13 @@ fn speed_is_the_mean_over_its_cycles() {
     for (speed, wanted) in [(2.99, None), (3.01, Some((Reason::Speed, 8)))] {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
-        let mut found = None;
+        let mut trip = None;
         for n in 0..40 {
             cycle.n = n;
             cycle.theta[3] = speed * TS * n as f64;
-            found = found.or(cycle.judged(&mut safety));
+            trip = trip.or(cycle.judged(&mut safety));
         }
-        assert_eq!(found.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
+        assert_eq!(trip.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
     }
 }
 
@@ -88,9 +88,9 @@ fn position_trips_at_either_end() {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
         cycle.theta[0] = theta;
-        let found = cycle.judged(&mut safety);
-        assert_eq!(found.map(|t| t.limit), limit, "{theta}");
-        assert!(found.is_none_or(|t| t.reason == Reason::Position));
+        let trip = cycle.judged(&mut safety);
+        assert_eq!(trip.map(|t| t.limit), limit, "{theta}");
+        assert!(trip.is_none_or(|t| t.reason == Reason::Position));
     }
 }
 
@@ -112,14 +112,14 @@ fn a_frozen_encoder_needs_time_and_motion() {
     for (motion, wanted) in [(0.00029, None), (0.00031, Some(12)), (0.1, Some(12))] {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
-        let mut found = None;
+        let mut trip = None;
         for n in 0..60 {
             cycle.n = n;
             cycle.r[1] = motion * (n as f64 / 10.0).min(1.0);
-            found = found.or(cycle.judged(&mut safety));
+            trip = trip.or(cycle.judged(&mut safety));
         }
-        assert_eq!(found.map(|t| t.cycle), wanted, "{motion}");
-        assert!(found.is_none_or(|t| t.reason == Reason::FrozenEncoder && t.axis == Some(1)));
+        assert_eq!(trip.map(|t| t.cycle), wanted, "{motion}");
+        assert!(trip.is_none_or(|t| t.reason == Reason::FrozenEncoder && t.axis == Some(1)));
     }
 }
 
@@ -128,16 +128,16 @@ fn counts_that_never_change_are_frozen_whatever_the_reference_does() {
     for (changes, wanted) in [(false, Some(400)), (true, None)] {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
-        let mut found = None;
+        let mut trip = None;
         for n in 0..900 {
             cycle.n = n;
             // a live encoder shows another count now and then
             cycle.theta = [1e-9 * (n / 30) as f64; AXES];
             cycle.theta[4] = if changes { cycle.theta[4] } else { 0.0 };
-            found = found.or(cycle.judged(&mut safety));
+            trip = trip.or(cycle.judged(&mut safety));
         }
         assert_eq!(
-            found.map(|t| (t.reason, t.axis, t.cycle)),
+            trip.map(|t| (t.reason, t.axis, t.cycle)),
             wanted.map(|n| (Reason::FrozenEncoder, Some(4), n))
         );
     }
@@ -184,7 +184,7 @@ fn an_encoder_that_moves_now_and_then_is_not_frozen() {
 fn a_speed_is_judged_although_cycles_are_skipped_again_and_again() {
     let mut safety = safety();
     let mut cycle = Cycle::rest();
-    let mut found = None;
+    let mut trip = None;
     for n in 0..200 {
         cycle.skipped = u64::from(n % 8 == 7);
         for theta in &mut cycle.theta {
@@ -195,7 +195,7 @@ fn a_speed_is_judged_although_cycles_are_skipped_again_and_again() {
             cycle.theta = [0.0; AXES];
             safety.note_rest(&[f64::NAN; AXES]);
         }
-        found = found.or(cycle.judged(&mut safety).filter(|t| t.reason == Reason::Speed));
+        trip = trip.or(cycle.judged(&mut safety).filter(|t| t.reason == Reason::Speed));
     }
-    assert!(found.is_some());
+    assert!(trip.is_some());
 }
