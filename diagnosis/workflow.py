@@ -153,6 +153,7 @@ def _mechanism(
     if held is not None:
         side.fit.bench.forget()
         side = selected(Bench(held, known), judged, say)
+        before = before_of(side)
     return before, side
 
 
