@@ -196,7 +196,8 @@ def nameless(
         size = left.size if sure else min(beside.size, float(other)) if goes else 0.0
         if size > least:
             what = beside.hypothesis.id if goes else ""
-            whole = float(np.hypot(selection.explained[axis], size)) if after[axis] else size
+            # on other axes base parameters alone move with what was accepted elsewhere
+            whole = float(np.hypot(selection.explained[axis] if own and after[axis] else 0.0, size))
             worth = max(left.gain, beside.gain if goes else 0.0)
             functions[axis] = Nameless(size, whole, what, worth)
     for axis, other in selection.instead.items():

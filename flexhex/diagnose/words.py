@@ -117,7 +117,8 @@ def _held_out(diagnosis: Diagnosis) -> list[str]:
         return []
     before, after = held_out["before"], held_out["after"]
     noise = held_out.get("non_repeatable", residual.non_repeatable)
-    squares = [float((v[at] ** 2).sum()) for v in (before, after, noise)]
+    # relative, as axes may differ in unit
+    squares = [float(((v / residual.torque)[at] ** 2).sum()) for v in (before, after, noise)]
     if not squares[1] - squares[2] > (squares[0] - squares[2]) / 2 > 0:
         return []
     left, whole = (amount(residual, v, at) for v in (after, before))
