@@ -71,7 +71,7 @@ def recorded() -> dict[str, float]:
     """Benchmark -> median of what results/speed.json has of it; nothing where there is none."""
     if not SPEED.exists():
         return {}
-    rows = json.loads(SPEED.read_text(encoding="utf-8"))["found"]["rows"]
+    rows = json.loads(SPEED.read_text(encoding="utf-8"))["results"]["rows"]
     return {row["key"]: float(row["timings"][0]["median"]) for row in rows}
 
 
@@ -79,7 +79,7 @@ def commit(revision: str, here: Path) -> str:
     """The commit that a revision names; RunError when this repository does not have it."""
     named = revision
     if revision == RECORDED:
-        named = json.loads((here / SPEED).read_text(encoding="utf-8"))["made"]["commit"]
+        named = json.loads((here / SPEED).read_text(encoding="utf-8"))["provenance"]["commit"]
     done = _git(here, "rev-parse", "--verify", "--quiet", f"{named}^{{commit}}")
     if done.returncode:
         raise RunError(

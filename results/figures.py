@@ -12,12 +12,12 @@ from results.tables import Results
 
 CORRECTION = "kinematics_correct"
 EVERY = "*"
-"""Stands for what `made` says in all results files."""
+"""Stands for what `provenance` says in all results files."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a figure or a table comes from: results file and what makes text of its `found`."""
+    """Where a figure or a table comes from: results file and what makes text of its `results`."""
 
     file: str
     text: Callable[[Results], str]
@@ -89,7 +89,7 @@ TABLES: dict[str, Source] = {
     "measured payload": Source("measured", tables.measured_payload),
     "drive errors": Source("drive", times.drive_errors),
     "drive times": Source("drive", times.drive_times),
-    "made": Source(EVERY, tables.provenance),
+    "provenance": Source(EVERY, tables.provenance),
     "profile": Source("speed", times.profile),
     "quantisation": Source("quantisation", times.quantisation),
 }

@@ -1,7 +1,7 @@
 """`python -m results.record NAME COMMAND...`: run a command that prints JSON, keep what it says.
 
-results/NAME.json then holds `made` (command, commit, whether the code had changes that are not
-committed, computer, date, minutes) and `found` (what the command printed).
+results/NAME.json then holds `provenance` (command, commit, whether the code had changes that are
+not committed, computer, date, minutes) and `results` (what the command printed).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def record(name: str, command: list[str]) -> Path:
     origin["minutes"] = round((time.monotonic() - began) / 60, 1)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     origin["processor_minutes"] = round((used.ru_utime + used.ru_stime) / 60, 1)
-    return write(name, {"made": origin, "found": printed})
+    return write(name, {"provenance": origin, "results": printed})
 
 
 def write(name: str, content: dict[str, Any]) -> Path:

@@ -32,10 +32,10 @@ def texts() -> list[Path]:
 
 @cache
 def content(name: str) -> dict[str, Any] | None:
-    """A results file: `made` and `found`; None where it was not measured yet."""
+    """A results file: `provenance` and `results`; None where it was not measured yet."""
     if name == EVERY:
         names = sorted(path.stem for path in FOLDER.glob("*.json"))
-        return {"found": {each: (content(each) or {})["made"] for each in names}}
+        return {"results": {each: (content(each) or {})["provenance"] for each in names}}
     path = FOLDER / f"{name}.json"
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
@@ -52,7 +52,7 @@ def rendered(text: str) -> str:
             if file is None:
                 shown = f"(not measured yet: results/{known[name].file}.json)\n"
             else:
-                shown = known[name].text(file["found"])
+                shown = known[name].text(file["results"])
             return match[1] + (shown if known is TABLES else shown.strip()) + match[4]
 
         return replaced
@@ -72,7 +72,7 @@ def main(arguments: list[str] | None = None) -> int:
     given, differ = parser.parse_args(arguments), []
     wanted = {path: rendered(path.read_text(encoding="utf-8")) for path in texts()}
     if study := content("reliability"):
-        wanted[COUNTS] = written(study["found"])
+        wanted[COUNTS] = written(study["results"])
     for path, after in wanted.items():
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         if after != before:

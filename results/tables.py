@@ -1,4 +1,4 @@
-"""Tables of the guides, each from the `found` of its results file."""
+"""Tables of the guides, each from the `results` of its results file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of times and of the drives, each from the `found` of its results file."""
+"""Tables of times and of the drives, each from the `results` of its results file."""
 
 from __future__ import annotations
 

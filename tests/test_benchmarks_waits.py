@@ -73,7 +73,7 @@ def test_worktree_holds_the_other_revision_and_goes(repository: Path) -> None:
 def test_recorded_is_the_commit_of_the_results_file(repository: Path) -> None:
     (repository / "results").mkdir()
     first = git(repository, "rev-parse", "HEAD~1")
-    (repository / against.SPEED).write_text(json.dumps({"made": {"commit": first}}))
+    (repository / against.SPEED).write_text(json.dumps({"provenance": {"commit": first}}))
     assert against.commit("recorded", repository) == first
 
 

@@ -165,16 +165,16 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
   int chosen = nCategories ? 0 : FLEXHEX_ALL_CATEGORIES;
   for (size_t k = 0; k < nCategories; ++k) {
     const char *name = categories && categories[k] ? categories[k] : "NULL";
-    int found = 0;
+    int category = 0;
     for (int i = 0; i < FLEXHEX_N_CATEGORIES; ++i) {
-      found |= strcmp(name, flexhex_categories[i]) == 0 ? 1 << i : 0;
+      category |= strcmp(name, flexhex_categories[i]) == 0 ? 1 << i : 0;
     }
-    if (!found) {
+    if (!category) {
       return flexhex_refuse(m, "fmi2SetDebugLogging: no category %s; there are %s, %s, %s, %s",
                             name, flexhex_categories[0], flexhex_categories[1],
                             flexhex_categories[2], flexhex_categories[3]);
     }
-    chosen |= found;
+    chosen |= category;
   }
   m->logging = loggingOn ? chosen : 0;
   return fmi2OK;

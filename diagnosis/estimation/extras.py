@@ -106,10 +106,10 @@ def read_diagnosis(path: Path) -> Extras:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UsageError(f"--found {unreadable(path, error)}") from None
+        raise UsageError(f"--diagnosis {unreadable(path, error)}") from None
     except ValueError:
         data = None
-    return extras_of(data, f"--found {path}")
+    return extras_of(data, f"--diagnosis {path}")
 
 
 def extras_of(data: Any, where: str) -> Extras:

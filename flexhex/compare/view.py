@@ -155,7 +155,9 @@ def comparison_json(
         "tracking": _tracking_data(judged),
         "durations": comparison.durations,
         "signals": [{k: _finite(v) for k, v in asdict(d).items()} for d in comparison.differences],
-        "made": {key: {"first": a, "second": b} for key, (a, b) in comparison.provenance.items()},
+        "provenance": {
+            key: {"first": a, "second": b} for key, (a, b) in comparison.provenance.items()
+        },
         "page": str(page) if page else None,
     }
     return json.dumps(data, indent=2, allow_nan=False)

@@ -34,7 +34,7 @@ class Invocation:
             while option in words:
                 del words[words.index(option) : words.index(option) + 2]
         words = [word for word in words if word not in ("--json", "--isolability")]
-        return shlex.join([*words, "--found", self.data, "--fmu", "inverse.fmu"])
+        return shlex.join([*words, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
 
     def again(self, *more: str, runs: Sequence[str] = ()) -> str:
         """The same command with more runs and more words at its end."""

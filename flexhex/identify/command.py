@@ -51,7 +51,7 @@ def identify_command(
     diagnosis: Annotated[
         Path | None,
         typer.Option(
-            "--found",
+            "--diagnosis",
             metavar="FILE.json",
             help="diagnosis.json that `diagnose` wrote: its effects are fitted, too",
         ),
@@ -100,7 +100,7 @@ def identify_command(
         return
     if diagnosis is not None:
         raise UsageError(
-            f"--found {diagnosis}: not for the hexapod: `flexhex diagnose --apply` adds it"
+            f"--diagnosis {diagnosis}: not for the hexapod: `flexhex diagnose --apply` adds it"
         )
     if motion is not None:
         raise UsageError(

@@ -39,8 +39,8 @@ static double hidden_lugre(const double *v, double rate, double h, double *brist
   const double ratio = rate / v[2];
   const double level = v[0] + (v[1] - v[0]) * exp(-ratio * ratio);
   if (rate != 0.0) {
-    const double held = copysign(level / v[3], rate);
-    *bristle = held + (*bristle - held) * exp(-v[3] * fabs(rate) * h / level);
+    const double limit = copysign(level / v[3], rate);
+    *bristle = limit + (*bristle - limit) * exp(-v[3] * fabs(rate) * h / level);
   }
   return v[3] * *bristle;
 }

@@ -44,35 +44,35 @@ typedef struct {
 
 /* stage: 0 at the start of a substep, 1 in its middle, 2 at its end */
 static void evaluate(const plant_parameters *p, const action *a, const motion *at, int stage,
-                     slope *found) {
+                     slope *rates) {
 #if PLANT_N_D == 0
-  found->dd[0] = 0.0;
+  rates->dd[0] = 0.0;
 #endif
 #ifdef PLANT_N_EFFECT
   const plant_effects *e = a->effects;
   plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, p->mechanism, p->actuator,
               &a->payload, e->motor[stage], e->taud, &e->time[stage], at->of.effect, p->effect,
-              found->response, found->dd, found->zd, found->stated);
+              rates->response, rates->dd, rates->zd, rates->stated);
 #else
   (void)stage;
   plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, p->mechanism, p->actuator,
-              &a->payload, found->response, found->dd, found->zd);
+              &a->payload, rates->response, rates->dd, rates->zd);
 #endif
 }
 
-static motion rate_of(const slope *found, const motion *at, const double *tau) {
+static motion rate_of(const slope *rates, const motion *at, const double *tau) {
   motion rate;
   memcpy(rate.of.theta, at->of.thetad, sizeof rate.of.theta);
-  memcpy(rate.of.thetad, found->response + N * N, sizeof rate.of.thetad);
+  memcpy(rate.of.thetad, rates->response + N * N, sizeof rate.of.thetad);
   for (int k = 0; k < N; ++k) {
     for (int i = 0; i < N; ++i) {
-      rate.of.thetad[i] += found->response[N * k + i] * tau[k];
+      rate.of.thetad[i] += rates->response[N * k + i] * tau[k];
     }
   }
-  memcpy(rate.of.d, found->dd, sizeof rate.of.d);
-  memcpy(rate.of.z, found->zd, sizeof rate.of.z);
+  memcpy(rate.of.d, rates->dd, sizeof rate.of.d);
+  memcpy(rate.of.z, rates->zd, sizeof rate.of.z);
 #ifdef PLANT_N_EFFECT
-  memcpy(rate.of.effect, found->stated, sizeof rate.of.effect);
+  memcpy(rate.of.effect, rates->stated, sizeof rate.of.effect);
 #endif
   return rate;
 }
@@ -86,9 +86,9 @@ static motion moved(const motion *from, double h, const motion *rate) {
 }
 
 static motion stage_rate(const plant_parameters *p, const action *a, const motion *at, int stage) {
-  slope found;
-  evaluate(p, a, at, stage, &found);
-  return rate_of(&found, at, a->tau[stage]);
+  slope rates;
+  evaluate(p, a, at, stage, &rates);
+  return rate_of(&rates, at, a->tau[stage]);
 }
 
 /* Displacement until the rate changes sign; the whole one where it does not. The rate is quadratic:

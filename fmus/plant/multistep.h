@@ -3,7 +3,7 @@
    thetadd = response(t) (tau(t), 1): the response of the mechanism is smooth along a motion, the
    torque is not, but it is known: level + gap exp(-rate t). So the response is interpolated by a
    polynomial through five substeps, and its product with the torque is integrated exactly. theta
-   comes from the past alone; thetad is corrected by the response found at the new theta. z follows
+   comes from the past alone; thetad is corrected by the response at the new theta. z follows
    theta in closed form. */
 #ifndef FLEXHEX_PLANT_MULTISTEP_H
 #define FLEXHEX_PLANT_MULTISTEP_H

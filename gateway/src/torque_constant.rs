@@ -130,7 +130,7 @@ fn measure(
         );
         reporter.event(
             "torque_constant",
-            json!({"found": scales, "mean": mean, "spread": spread, "added": added}),
+            json!({"scales": scales, "mean": mean, "spread": spread, "added": added}),
         );
         record.scales = Some(scales);
     }

@@ -162,7 +162,7 @@ static int logging(subject *s, fmi2Status *status) {
 
 /* One function in `state` with a NULL or an unknown status kind now and then */
 static int status_call(subject *s, unsigned which, fmi2Status *status) {
-  const fmi2StatusKind asked = (fmi2StatusKind)below(4);
+  const fmi2StatusKind kind = (fmi2StatusKind)below(4);
   fmi2Status own = fmi2OK;
   fmi2Real real = 0.0;
   fmi2Integer whole = 0;
@@ -171,19 +171,19 @@ static int status_call(subject *s, unsigned which, fmi2Status *status) {
   const bool null = below(10) == 0;
   switch (which) {
     case 0:
-      *status = fmi2GetStatus(s->c, asked, null ? NULL : &own);
+      *status = fmi2GetStatus(s->c, kind, null ? NULL : &own);
       break;
     case 1:
-      *status = fmi2GetRealStatus(s->c, asked, null ? NULL : &real);
+      *status = fmi2GetRealStatus(s->c, kind, null ? NULL : &real);
       break;
     case 2:
-      *status = fmi2GetIntegerStatus(s->c, asked, null ? NULL : &whole);
+      *status = fmi2GetIntegerStatus(s->c, kind, null ? NULL : &whole);
       break;
     case 3:
-      *status = fmi2GetBooleanStatus(s->c, asked, null ? NULL : &flag);
+      *status = fmi2GetBooleanStatus(s->c, kind, null ? NULL : &flag);
       break;
     default:
-      *status = fmi2GetStringStatus(s->c, asked, null ? NULL : &text);
+      *status = fmi2GetStringStatus(s->c, kind, null ? NULL : &text);
       break;
   }
   if (!null && (s->phase == C || s->phase == T)) {

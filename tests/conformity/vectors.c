@@ -13,9 +13,9 @@
 #ifdef _WIN32
 #include <windows.h>
 static void *find(void *library, const char *name) {
-  FARPROC found = GetProcAddress((HMODULE)library, name);
+  FARPROC address = GetProcAddress((HMODULE)library, name);
   void *plain = NULL;
-  memcpy(&plain, &found, sizeof plain);
+  memcpy(&plain, &address, sizeof plain);
   return plain;
 }
 #define OPEN(path) ((void *)LoadLibraryA(path))
@@ -34,15 +34,15 @@ static void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Stat
 }
 
 /* The function of that name; writing it as bytes is what every platform allows. */
-#define GET(type, name)                  \
-  type *name = NULL;                     \
-  {                                      \
-    void *found = find(library, #name);  \
-    if (!found) {                        \
-      fprintf(stderr, "no %s\n", #name); \
-      return 3;                          \
-    }                                    \
-    memcpy(&name, &found, sizeof name);  \
+#define GET(type, name)                   \
+  type *name = NULL;                      \
+  {                                       \
+    void *address = find(library, #name); \
+    if (!address) {                       \
+      fprintf(stderr, "no %s\n", #name);  \
+      return 3;                           \
+    }                                     \
+    memcpy(&name, &address, sizeof name); \
   }
 
 static double number(FILE *file) {

@@ -77,7 +77,7 @@ def test_json_says_all(app: typer.Typer, runs: tuple[Path, Path], tmp_path: Path
     assert theta["worst"] == pytest.approx(1e-4)
     assert theta["first"] == pytest.approx(100 * BASE)
     assert (fault["state"], fault["first"]) == (EQUAL, None)
-    assert data["made"] == {"made": {"first": "here", "second": "</script>there"}}
+    assert data["provenance"] == {"made": {"first": "here", "second": "</script>there"}}
 
 
 def test_page_holds_overlay_and_difference_and_needs_no_network(

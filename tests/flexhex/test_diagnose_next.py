@@ -36,6 +36,8 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
 def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     words = ("flexhex", "diagnose", "a.csv", "--out", "here", "--base", "arm.urdf", "--json")
     invocation = Invocation(words, "arm.urdf", "here/diagnosis.json")
-    wanted = "flexhex identify a.csv --base arm.urdf --found here/diagnosis.json --fmu inverse.fmu"
+    wanted = (
+        "flexhex identify a.csv --base arm.urdf --diagnosis here/diagnosis.json --fmu inverse.fmu"
+    )
     assert wanted in [command for _, command in next_steps(BASIC, invocation)]
     assert wanted not in [command for _, command in next_steps(CHANGED, invocation)]

@@ -96,7 +96,7 @@ def test_torque_constant_is_found_by_a_mass(
     # friction of the drives is the same both times, up to its hysteresis
     assert event["mean"] == pytest.approx(constant, rel=0.01)
     assert event["spread"] < 0.02
-    assert tomllib.loads(loaded.read_text())["found"] == event["found"]
+    assert tomllib.loads(loaded.read_text())["scales"] == event["scales"]
     wrong = loaded_run(bench, constant, 1.0, "--mass", 1.0, "--against", loaded)
     assert wrong.code == 2
     assert "a run with 1 kg, not one without" in wrong.one("refused")["message"]

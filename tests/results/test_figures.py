@@ -59,7 +59,7 @@ def test_every_figure_and_table_stands_in_a_text() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_results_file_says_how_it_was_made(path: Path) -> None:
-    provenance = json.loads(path.read_text(encoding="utf-8"))["made"]
+    provenance = json.loads(path.read_text(encoding="utf-8"))["provenance"]
     assert re.fullmatch(r"[0-9a-f]{40}", provenance["commit"])
     assert provenance["dirty"] is False, "made from code that was not committed"
     assert {"command", "exit", "minutes", "date", "computer"} <= set(provenance)
@@ -69,7 +69,7 @@ def test_results_file_says_how_it_was_made(path: Path) -> None:
 def test_changed_figure_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     growth = {"parameters": [{"name": "10", "median": 2513.0}]}
     results = {"growth": growth, "cases": {"repeatability": {"e": 25.13}}}
-    monkeypatch.setattr(render, "content", lambda name: {"found": results})
+    monkeypatch.setattr(render, "content", lambda name: {"results": results})
     text = "e = <!--= repeatability -->25.2<!--/-->\n<!-- table: growth -->\n<!-- /table -->\n"
     lines = render.rendered(text).splitlines()
     assert lines[0] == "e = <!--= repeatability -->25.1<!--/-->"
@@ -80,7 +80,7 @@ def test_changed_figure_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_unknown_name_and_missing_key_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="table: none -->: one of"):
         render.rendered("<!-- table: none -->\n<!-- /table -->")
-    monkeypatch.setattr(render, "content", lambda name: {"found": {"cases": {}}})
+    monkeypatch.setattr(render, "content", lambda name: {"results": {"cases": {}}})
     with pytest.raises(KeyError, match="repeatability"):
         render.rendered("<!--= repeatability -->5.5<!--/-->")
 
@@ -114,9 +114,9 @@ def test_record_keeps_what_a_command_prints(
     monkeypatch.setattr(record, "FOLDER", tmp_path)
     path = record.record("one", ["python", "-c", "print('{\"e\": 23.0}')"])
     kept: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    assert kept["found"] == {"e": 23.0}
-    assert kept["made"]["command"] == "python -c 'print('\"'\"'{\"e\": 23.0}'\"'\"')'"
-    assert kept["made"]["exit"] == 0
+    assert kept["results"] == {"e": 23.0}
+    assert kept["provenance"]["command"] == "python -c 'print('\"'\"'{\"e\": 23.0}'\"'\"')'"
+    assert kept["provenance"]["exit"] == 0
 
 
 @pytest.mark.parametrize("program", ["print('no figure')", "raise SystemExit(3)"])

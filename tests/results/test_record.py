@@ -15,6 +15,6 @@ def test_files_of_the_repository_have_no_place_of_this_computer(
 ) -> None:
     monkeypatch.setattr(record, "FOLDER", tmp_path)
     note = f"{record.ROOT}/examples/a.csv: short; /elsewhere/b.csv: long"
-    path = record.write("made", {"found": {"notes": [note]}})
+    path = record.write("kept", {"results": {"notes": [note]}})
     kept = json.loads(path.read_text(encoding="utf-8"))
-    assert kept["found"]["notes"] == ["examples/a.csv: short; /elsewhere/b.csv: long"]
+    assert kept["results"]["notes"] == ["examples/a.csv: short; /elsewhere/b.csv: long"]

@@ -46,7 +46,7 @@ def test_package_says_what_the_results_file_says() -> None:
     study = content("reliability")
     if study is None:
         pytest.fail("results/reliability.json is missing: make results-studies")
-    assert COUNTS.read_text(encoding="utf-8") == written(study["found"])
+    assert COUNTS.read_text(encoding="utf-8") == written(study["results"])
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def test_bounds_are_the_machines_own(machine: Machine) -> None:
 
 def test_recorded_row_is_the_published_one() -> None:
     """All eight columns with feedback only, as recorded from the simulated machine."""
-    data = json.loads((FOLDER / "paper.json").read_text(encoding="utf-8"))["found"]
+    data = json.loads((FOLDER / "paper.json").read_text(encoding="utf-8"))["results"]
     row = [data["cases"]["feedback"][key] for key in KEYS]
     assert np.abs(deviations([row], data["paper"]["feedback"])).max() < WITHIN
 
