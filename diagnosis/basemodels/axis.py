@@ -43,7 +43,7 @@ class AxisBase(ColumnBase):
     `flexhex.diagnosis.basemodels.base.Base`."""
 
     settle = 0.2
-    holds = frozenset({"viscous_friction", "drive_gain"})
+    holds = frozenset({"viscous_friction", "torque_offset", "linear_stiffness", "drive_gain"})
 
     def __init__(self, n: int, ts: float, kinds: Kinds = ()) -> None:
         kinds = kinds or (ROTARY,) * n

@@ -43,7 +43,7 @@ class HexapodBase:
 
     window, spacing, settle = 0.0105, 0.005, 1.0
     late = LATE
-    holds = frozenset({"viscous_friction"})
+    holds = frozenset({"viscous_friction", "torque_offset", "linear_stiffness"})
     rotors: tuple[int, ...] = ()
     complete = True
 

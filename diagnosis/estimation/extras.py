@@ -3,7 +3,7 @@
     tau = Y p + friction + sum gain column(shape)
 
 The gains are estimated anew with all other parameters, the shapes stay as they were found. Dry and
-viscous friction are in every identification already.
+viscous friction and an offset are in every identification already.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Known
+from flexhex.diagnosis.estimation.friction import PARAMETER
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of
@@ -27,8 +28,6 @@ from flexhex.fmus.common.errors import UsageError, unreadable
 
 Array = NDArray[np.float64]
 GROUP = "effect"
-OWN = ("coulomb_friction", "viscous_friction")
-"""Effects that every identification has."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,12 @@ class Extras:
 
     def beside(self, friction: Sequence[Known]) -> list[Known]:
         """Parameters of friction without those that an effect has in its gains."""
-        rubbed = {f"F_c[{one.axis + 1}]" for one in self.listed if one.effect.extends in OWN}
-        return [known for known in friction if known.name not in rubbed]
+        twice = {
+            f"{PARAMETER[one.effect.extends]}[{one.axis + 1}]"
+            for one in self.listed
+            if one.effect.extends in PARAMETER
+        }
+        return [known for known in friction if known.name not in twice]
 
     def check(self, n: int) -> None:
         """UsageError where they are another machine's."""
@@ -132,7 +135,7 @@ def extras_of(data: Any, where: str) -> Extras:
             continue
         if rivals:
             notes.append(f"{id} is indistinguishable from {', '.join(rivals)}: it is fitted")
-        if id in OWN:
+        if id in PARAMETER:
             continue
         for axis in axes:
             there = _on_axis(effect, axis, len(axes), values)

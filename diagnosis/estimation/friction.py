@@ -31,8 +31,8 @@ WAYS = (0.001, 0.004, 0.016, 0.06)
 """Ways s_0 within which it does, relative to the axis' RMS way from its mean."""
 LEADS, LEADING = (0.005, 0.01, 0.02), (0.01, 0.03, 0.1)
 """Times T [s] by which it does before the rate, each with these relative rates."""
-HELD = {"coulomb_friction": "F_c", "viscous_friction": "d"}
-"""Effects that a base model may contain already, and their parameters here."""
+PARAMETER = {"coulomb_friction": "F_c", "viscous_friction": "d", "torque_offset": "o"}
+"""Effects that every drive has, and their parameters here."""
 GROUP = "friction"
 
 
@@ -60,7 +60,7 @@ def parameters(base: Base, blocks: Sequence[Block]) -> list[Known]:
     rates = _rms(blocks, "thetad")
     torque = np.concatenate([b.run.tau.values[b.run.tau.valid] for b in blocks])
     rms = np.maximum(np.sqrt((torque**2).mean(axis=0)), np.finfo(float).tiny)
-    missing = {name for id, name in HELD.items() if id not in base.holds}
+    missing = {name for id, name in PARAMETER.items() if id not in base.holds}
     for i, kind in enumerate(kinds):
         own = (
             ("F_c", "N m", rms[i], lambda v: np.sign(v)),
@@ -68,9 +68,7 @@ def parameters(base: Base, blocks: Sequence[Block]) -> list[Known]:
             ("o", "N m", rms[i], lambda v: np.ones_like(v)),
         )
         for name, unit, size, of_rate in own:
-            if name != "o" and name not in missing:
-                continue
-            if not span.holds(i, of_rate):
+            if name in missing and not span.holds(i, of_rate):
                 full = f"{name}[{i + 1}]"
                 listed.append(Known(full, kind.unit(unit), 0.0, float(size), GROUP, i))
     return listed

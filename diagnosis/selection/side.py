@@ -81,12 +81,13 @@ def selected(
     kept, others = effects, None
     if judged:
         others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
-    if kept and not selection.arbitrated:
-        listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
-        kept = validated(bench, kept, others, criteria)
-        if not kept:
-            text = "would fit, but one trajectory cannot show it: record another one"
-            notes.append(f"{listed} {text}")
+    if not selection.arbitrated or (judged and not model.noise.repeats):
+        kept = validated(bench, effects, others, criteria)
+        if lost := [a.score.hypothesis.id for a in effects if a not in kept]:
+            why = "explains too little of the held-out runs"
+            if not selection.arbitrated and not kept:
+                why = "one trajectory cannot show it: record another one"
+            notes.append(f"{', '.join(dict.fromkeys(lost))} would fit, but {why}")
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
     rests = list[Rest]()
     for axis, left in remains.items():
@@ -142,8 +143,9 @@ def selected(
 def validated(
     bench: Bench, accepted: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
 ) -> list[Accepted]:
-    """Effects of an only trajectory that explain on held-out runs, too, what they explain there,
-    each beside those that were accepted before it."""
+    """Effects that explain on held-out runs, too, what they explain on the others, each beside
+    those that were accepted before it. What is found on an only trajectory, or where nothing is run
+    twice, may be something else: noise of the angles, for one."""
     if others is None:
         return []
     least, kept = criteria.smallest_effect * bench.model.torque_rms, list[Accepted]()

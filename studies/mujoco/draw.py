@@ -32,6 +32,10 @@ OPEN_CHAIN = ("flexible_mode", "backlash", "noncollocated_mode", "encoder_eccent
 """Not in closed chains: bodies of their own, and readings that do not close."""
 
 
+SPRINGS = ("torque_offset", "linear_stiffness")
+"""In every base model but the arms'."""
+
+
 def draw(seed: int, category: str | None = None, kind: str | None = None, attempt: int = 0) -> Case:
     """The case of a seed, always the same. ValueError for an unknown category or kind."""
     if category is not None and category not in SHARES:
@@ -144,10 +148,10 @@ def _ids(machine: Machine) -> list[str]:
     """Effects of the library that a machine can have and its base model does not."""
     left = set[str]()
     if machine.chain is not None:
-        left |= set(OPEN_CHAIN) | {"viscous_friction"}
+        left |= set(OPEN_CHAIN) | {"viscous_friction", *SPRINGS}
     elif machine.kind != "arm":
         # their base model has a viscous term, and free gravity and inertia
-        left |= {"viscous_friction", "gravity_tilt", "drive_gain"}
+        left |= {"viscous_friction", "gravity_tilt", "drive_gain", *SPRINGS}
     if machine.units[0] != "rad":
         left |= {"encoder_eccentricity"}
     if machine.n == 1:

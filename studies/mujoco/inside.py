@@ -101,6 +101,12 @@ def spring(power: int) -> Maker:
     return make
 
 
+def offset(rng: Rng, place: Place) -> Effect:
+    """The same torque at any time."""
+    plain = Plain("torque_offset", lambda t, q, v, tau: np.ones(len(q)), "o", place.unit)
+    return Algebraic(plain, place.axes)
+
+
 def cable(rng: Rng, place: Place) -> Effect:
     """It pulls beyond an angle."""
     side = float(rng.choice([-1.0, 1.0]))
@@ -204,4 +210,6 @@ MAKERS: Mapping[str, Maker] = {
     "encoder_eccentricity": eccentric,
     "cross_coupling": native.coupling,
     "time_delay": late,
+    "torque_offset": offset,
+    "linear_stiffness": native.spring,
 }

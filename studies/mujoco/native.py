@@ -35,6 +35,24 @@ class Coulomb(Joint):
         return np.asarray(np.sign(v))
 
 
+class Spring(Joint):
+    """A spring in the joint, at rest at an angle or a position of each axis."""
+
+    attribute = "stiffness"
+
+    def __init__(self, axes: tuple[int, ...], rest: Array):
+        super().__init__("linear_stiffness", axes)
+        self.rest, self.parameter, self.unit = rest, "k_1", "per position"
+
+    def at(self, t: float, q: Array, v: Array, tau: Array) -> Array:
+        return q - self.rest
+
+    def change(self, parts: Parts, machine: Machine) -> None:
+        super().change(parts, machine)
+        for axis, rest in zip(self.axes, self.rest, strict=True):
+            parts.joint[axis]["springref"] = float(rest)
+
+
 class Viscous(Joint):
     """Damping."""
 
@@ -56,6 +74,11 @@ def viscous(rng: Rng, place: Place) -> Effect:
     effect = Viscous("viscous_friction", place.axes)
     effect.parameter, effect.unit = "d_v", "per rate"
     return effect
+
+
+def spring(rng: Rng, place: Place) -> Effect:
+    """A spring that is at rest within the stroke or some way beyond it."""
+    return Spring(place.axes, place.middle + place.half * rng.uniform(-2.0, 2.0, len(place.axes)))
 
 
 def felt(link: Link) -> float:

@@ -66,8 +66,8 @@ def _misread(case: Case, record: Record, part: Array) -> Array:
 def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str]]:
     """Columns (samples, n, columns) of the base model along a run, and what they stand for.
 
-    Ten parameters of each body (tangents: mass, centre, inertia), rotors, offsets, a common
-    delay; rates and positions for machines whose base model has damping and springs;
+    Ten parameters of each body (tangents: mass, centre, inertia), rotors, a common delay; offsets,
+    rates and positions for machines whose base model has them, damping and springs;
     `friction`: signs of the rates, and the rates, for all.
     """
     model, n = compiled(case.machine, case.step, ()), case.machine.n
@@ -79,9 +79,9 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
     one = np.eye(n)
     names.append("delay")
     listed.append(np.gradient(record.u, 1 / case.rate, axis=0))
-    signals = {"rotor": a, "offset": np.ones_like(a)}
+    signals = {"rotor": a}
     if case.machine.kind != "arm":
-        signals |= {"damping": v, "spring": q}
+        signals |= {"offset": np.ones_like(a), "damping": v, "spring": q}
     if friction:
         sharp = 0.01 * np.sqrt(np.mean(v**2, axis=0))
         signals |= {"viscous": v, "coulomb": np.tanh(v / sharp)}

@@ -17,10 +17,11 @@ from tests.compare import assert_close
 from tests.effects.machines import Array, use, values
 
 IDS = """
-    coulomb_friction stribeck_friction load_friction quadratic_drag cogging_harmonic torque_ripple
-    second_hysteresis quadratic_stiffness cubic_stiffness cable_force torque_constant_saturation
-    torque_saturation drive_lag time_delay drive_gain thermal_drift offset_drift
-    encoder_eccentricity flexible_mode cross_coupling gravity_tilt
+    coulomb_friction stribeck_friction load_friction quadratic_drag cogging_harmonic
+    torque_ripple second_hysteresis torque_offset linear_stiffness quadratic_stiffness
+    cubic_stiffness cable_force torque_constant_saturation torque_saturation drive_lag
+    time_delay drive_gain thermal_drift offset_drift encoder_eccentricity flexible_mode
+    cross_coupling gravity_tilt
 """
 KINDS = ("random", "triangle", "multisine", "chirp")
 EFFECTS = list(library().values())

@@ -90,7 +90,9 @@ def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Bu
     gone = missed(builder, f"{id}-known", effect, gains)
     assert gone.e < DRY.get(id, 0.4e-6)
     assert gone.innovation < 0.5e-3
-    assert there.e > 10 * gone.e
+    # integral action takes what is constant within the second of rest
+    of = "innovation" if id == "torque_offset" else "e"
+    assert getattr(there, of) > 10 * getattr(gone, of)
 
 
 def test_columns_of_a_log_explain_all_effects_at_once(builder: Builder) -> None:

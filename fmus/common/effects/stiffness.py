@@ -1,6 +1,8 @@
-"""Torques of the angle alone: stiffening springs, cables that tighten."""
+"""Torques of the angle alone: offsets, springs, cables that tighten."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import casadi as ca
 
@@ -15,6 +17,46 @@ from flexhex.fmus.common.effects.effect import (
 )
 
 WIDE = Experiment("triangle", {"speed": 0.1, "amplitude": 0.3})
+
+
+class TorqueOffset(Effect):
+    """o, always: zero of a torque or current sensor, a counterbalance of constant force."""
+
+    id, title, acts_on = "torque_offset", "constant torque", "torque"
+    gains = (Gain("o", "N m", 0.02, -1e5, 1e5, "torque at any angle"),)
+    exact = True
+    excites = "motion both ways through several angles"
+    confused_with = ("coulomb_friction", "linear_stiffness", "gravity_tilt")
+    experiment = "slow triangle through as much of the stroke as possible"
+    spec = WIDE
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return ca.SX.ones(1)
+
+
+class LinearStiffness(Effect):
+    """o + k_1 theta: a spring, a hose or a cable pack that is at rest at theta = -o / k_1."""
+
+    id, title, acts_on = "linear_stiffness", "linear stiffness", "torque"
+    gains = (
+        Gain("o", "N m", 0.02, -1e5, 1e5, "torque at zero angle"),
+        Gain("k_1", "N m/rad", 0.1, -1e6, 1e6, "torque per angle"),
+    )
+    extends = "torque_offset"
+    excites = "the whole stroke"
+    confused_with = ("cable_force", "quadratic_stiffness", "gravity_tilt")
+    experiment = "slow triangle through as much of the stroke as possible"
+    spec = WIDE
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return ca.vertcat(1, s.theta)
+
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        """Where the spring is at rest."""
+        if not values["k_1"]:
+            return ""
+        length = units["k_1"].partition("/")[2]
+        return f"no torque at {-values['o'] / values['k_1']:.3g} {length}"
 
 
 class QuadraticStiffness(Effect):
@@ -65,4 +107,10 @@ class CableForce(Effect):
         return side * ca.fmax(0, side * (s.theta - shape["theta_0"]))
 
 
-EFFECTS = (QuadraticStiffness(), CubicStiffness(), CableForce())
+EFFECTS = (
+    TorqueOffset(),
+    LinearStiffness(),
+    QuadraticStiffness(),
+    CubicStiffness(),
+    CableForce(),
+)
