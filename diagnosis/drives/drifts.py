@@ -28,8 +28,7 @@ from flexhex.diagnosis.selection.choose import (
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.firm import firm
-from flexhex.diagnosis.selection.form import mean_errors
+from flexhex.diagnosis.selection.firm import errors_of, firm
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     ColumnsByAxis,
@@ -83,7 +82,7 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     others = None
     if judged:
         others = Elsewhere(fit.bench, blocks(model.base, judged, model.spacing, JUDGED))
-    return [Side(fit, others, tuple(named_of(fit, mean_errors(criteria))))]
+    return [Side(fit, others, tuple(named_of(fit, errors_of(kept, criteria))))]
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:

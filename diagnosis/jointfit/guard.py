@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms, repeat_rms
+from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
@@ -21,8 +22,9 @@ POOR = 0.5
 TOGETHER = 0.7
 """Least correlation of a torque with the nominal model's. Measured: -0.97 with a turned sign, 0.62
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
-DELAYED = 2e-4
-"""Delay [s] of the reported torques that is worth a word."""
+DELAYED, SEEN = 2e-4, 0.04
+"""Delay of the reported torques that is worth a word [s], and as a share of its tolerance: a tenth
+of a sample."""
 EXPLAINED = 0.5
 """Part of the squares of all axes' residuals that a delay may leave at most."""
 HELD = 1e-3
@@ -65,8 +67,7 @@ def without_delay(fit: Joint, deviations: float, least: float) -> Calibrated | N
     that a clear one stands above zero; least: relative RMS below which nothing is left.
     """
     model = fit.bench.model
-    late, deviation = delay_of(fit)
-    if abs(late) < max(DELAYED, deviations * deviation):
+    if not _clear(fit, deviations):
         return None
     fitted = replace(model.fitted, delay=0.0, late=HELD * model.fitted.late)
     held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
@@ -91,14 +92,24 @@ def delay_of(fit: Joint) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
+def _clear(fit: Joint, deviations: float) -> bool:
+    """Whether the torques' common delay is worth a word and stands above zero."""
+    late, deviation = delay_of(fit)
+    least = max(DELAYED, SEEN * fit.bench.model.fitted.late)
+    return abs(late) >= max(least, deviations * deviation)
+
+
 def delayed(fit: Joint, deviations: float) -> str:
     """What is said of the torques' common delay beside all that was found, or nothing: alone, the
     base model takes friction and cogging for a part of one. deviations: standard errors that it
     must stand above zero."""
     model = fit.bench.model
-    late, deviation = delay_of(fit)
-    if abs(late) < max(DELAYED, deviations * deviation):
+    if _clear(fit, deviations):
+        # its tangent stood at the delay of the first fit
+        fit = again(fit, Bench(beside(fit), list(fit.bench.effects.values())))
+    if not _clear(fit, deviations):
         return ""
+    late, _ = delay_of(fit)
     where = " on all axes" if model.base.n > 1 else ""
     alone = "" if model.base.n > 1 else "; a single axis does not show whether its drive is late"
     verb = "lags" if late > 0 else "leads"

@@ -13,9 +13,9 @@ from flexhex.diagnosis.result.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
 
-def named_of(fit: Joint, errors: Mapping[bool, float]) -> list[Named]:
-    """Effects of a fit, each with all its axes. errors: of a form, one standard
-    deviation of its mean, relative, by whether the form is exact: it moves gains and shapes."""
+def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
+    """Effects of a fit, each with all its axes. errors: of the form of each part, one standard
+    deviation of its mean, relative: it moves gains and shapes."""
     rivals = {effect.id: effect.rivals for effect in fit.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(fit) if fit.bench.model.between else [math.nan] * len(fit.effects)
@@ -26,7 +26,7 @@ def named_of(fit: Joint, errors: Mapping[bool, float]) -> list[Named]:
     known = {id: item.effect for id, item in fit.bench.effects.items()} | dict(library())
     named = []
     for name, places in grouped.items():
-        parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors)) for k in places]
+        parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors[k])) for k in places]
         axes = tuple(sorted({axis for axis, _ in parts if axis}))
         others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
         named.append(
@@ -48,8 +48,8 @@ def _axis(part: Part) -> int:
     return 0 if part.axis is None else part.axis + 1
 
 
-def _estimates(fit: Joint, k: int, errors: Mapping[bool, float]) -> dict[str, Estimate]:
-    """Gains, then shapes, of one part."""
+def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
+    """Gains, then shapes, of one part; error: of its form."""
     part = fit.parts[k]
     item = fit.bench.effects.get(part.id)
     effect = library()[part.id] if item is None or part.id in library() else item.effect
@@ -57,11 +57,11 @@ def _estimates(fit: Joint, k: int, errors: Mapping[bool, float]) -> dict[str, Es
     kind = fit.bench.scales.kinds[part.axis or 0]
     for gain, value, std in zip(effect.gains, fit.beta[k], fit.deviation[k], strict=True):
         alike = [v for g, v in zip(effect.gains, fit.beta[k], strict=True) if g.unit == gain.unit]
-        wide = float(np.hypot(std, errors[effect.exact] * np.linalg.norm(alike)))
+        wide = float(np.hypot(std, error * np.linalg.norm(alike)))
         estimates[gain.name] = _estimate(float(value), wide, kind.unit(gain.unit))
     for shape in effect.shapes:
         std = fit.shape_deviation[k].get(shape.name, 0.0)
-        bent = errors[effect.exact] * fit.bent[k].get(shape.name, 0.0)
+        bent = error * fit.bent[k].get(shape.name, 0.0)
         wide = float(np.hypot(std, bent))
         estimates[shape.name] = _estimate(part.shape[shape.name], wide, kind.unit(shape.unit))
     return estimates

@@ -39,12 +39,14 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class Accepted:
     """A hypothesis that was chosen in a round (from 1), and those that predict equally well;
-    fuller: effects among these that it is a part of."""
+    fuller: effects among these that it is a part of; inexact: how large the errors of its form are
+    beside all that was accepted, relative to `form_error`."""
 
     score: Score
     rivals: tuple[Score, ...]
     round: int
     fuller: tuple[Score, ...] = ()
+    inexact: float = 1.0
 
 
 def chosen(
@@ -176,7 +178,7 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
         same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
         name = max(same, key=lambda name: (count[name], name == first.id))
         rivals = tuple(score for score in own.values() if score is not own[name])
-        unified.append(Accepted(own[name], rivals, each.round))
+        unified.append(replace(each, score=own[name], rivals=rivals, fuller=()))
     return unified
 
 

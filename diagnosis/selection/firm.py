@@ -10,8 +10,10 @@ import numpy as np
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
+from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.form import mean_error
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 
 
@@ -49,6 +51,13 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:
             rivals += [other.id for other in others if isinstance(other, EffectHypothesis)]
         effects.append(SelectedEffect(name, tuple(parts), tuple(dict.fromkeys(rivals))))
     return effects
+
+
+def errors_of(accepted: Sequence[Accepted], criteria: Criteria) -> list[float]:
+    """What the error of its form does to the gains of each part of these effects, relative, one
+    standard deviation; in the order of `grouped`."""
+    ordered = [each for same in _by_effect(accepted).values() for each in same]
+    return [mean_error(form_error(each.score, criteria) * each.inexact) for each in ordered]
 
 
 def _by_effect(accepted: Sequence[Accepted]) -> dict[str, list[Accepted]]:

@@ -17,9 +17,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.generic import hats
-from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
@@ -42,11 +41,26 @@ def form_errors(
     return Term(raw, white, np.r_[np.full(width, len(arguments)), 1.0] / relative**2)
 
 
-def mean_errors(criteria: Criteria) -> dict[bool, float]:
-    """What the error of a form does to a gain, relative, one standard deviation, by whether the
-    form is exact: the mean of a factor over its places."""
-    sizes = {True: criteria.exact_form_error, False: criteria.form_error}
-    return {exact: float(size / np.sqrt(PLACES)) for exact, size in sizes.items()}
+def inexact(moments: Moments, error: Term) -> float:
+    """How large the factors of an error of form are, relative to the size that it was given, and at
+    most as large: more than that is a rest beside the effect, and is reported as one.
+
+    The mean square of the coefficients that the data determine (MacKay's effective number), and one
+    more that is as large as was thought: where they determine none the answer is 1.
+    """
+    fit, place = moments.fit(None), moments.place(error)
+    factors = np.arange(place.start, place.stop - 1)  # the last column is a shift in time
+    squares = moments.prior[factors] * fit.q[factors] ** 2
+    variances = np.diag(fit.solve(np.eye(moments.m)[:, factors])[factors])
+    determined = np.clip(1.0 - moments.prior[factors] * variances, 0.0, 1.0)
+    mean = (1.0 + squares.sum()) / (1.0 + determined.sum())
+    return float(np.sqrt(min(mean, 1.0)))
+
+
+def mean_error(relative: float) -> float:
+    """What an error of form, relative, does to a gain: the mean of a factor over its places, one
+    standard deviation."""
+    return float(relative / np.sqrt(PLACES))
 
 
 def _errors(rows: Rows, torque: Array, factors: Array) -> Array:

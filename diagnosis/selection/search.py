@@ -20,7 +20,7 @@ from flexhex.diagnosis.selection.choose import (
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.feedback import answers, noisy
-from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors
+from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors, inexact
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -144,6 +144,11 @@ class Search:
         """Effects that were accepted on an axis."""
         pairs = zip(self.accepted, self.terms, strict=True)
         return [(a.score, t) for a, t in pairs if t and a.score.hypothesis.axis == axis]
+
+    def judged(self) -> list[Accepted]:
+        """What was accepted, with how exact the forms of effects are beside it."""
+        pairs = zip(self.accepted, self.terms, strict=True)
+        return [replace(a, inexact=inexact(self.moments, t[1])) if t else a for a, t in pairs]
 
     def known(self, but: int | None = None) -> list[Score]:
         """Scores of what was accepted, but for one."""

@@ -87,7 +87,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
     hypotheses.forget()
     nameless = [search.nameless(axis) for axis in axes]
     return Selection(
-        tuple(one_cause(search.accepted)),
+        tuple(one_cause(search.judged())),
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
         tuple(beside for beside, _ in nameless),

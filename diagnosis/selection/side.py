@@ -20,8 +20,7 @@ from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.firm import firm, grouped
-from flexhex.diagnosis.selection.form import mean_errors
+from flexhex.diagnosis.selection.firm import errors_of, firm, grouped
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
@@ -129,7 +128,7 @@ def selected(
     return Side(
         fit,
         others,
-        tuple(named_of(fit, mean_errors(criteria))),
+        tuple(named_of(fit, errors_of(kept, criteria))),
         (*payloads, *changed),
         tuple(axis for axis in sorted({*unnamed, *poor}) if axis not in named),
         tuple(notes),

@@ -94,3 +94,11 @@ def write(
     rows = [f"{a:.6f},{b:.7f},{c:.7g}" for a, b, c in zip(t, seen, tau, strict=True)]
     path.write_text("\n".join([*head, *rows, ""]))
     return path
+
+
+def thinned(path: Path, step: int) -> Path:
+    """The same log with one of so many samples."""
+    lines = path.read_text().splitlines(keepends=True)
+    head = next(k for k, line in enumerate(lines) if line[0] in "-.0123456789")
+    path.write_text("".join([*lines[:head], *lines[head::step]]))
+    return path

@@ -12,7 +12,7 @@ import pytest
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import UsageError
-from tests.diagnosis.single import SECONDS, TS, moved, write
+from tests.diagnosis.single import SECONDS, TS, moved, thinned, write
 
 several = pytest.mark.sample(3, of="plain axes")
 
@@ -69,12 +69,14 @@ def test_torque_that_comes_late_is_reported_and_is_no_effect(tmp_path: Path) -> 
 
 
 @several
-def test_friction_and_cogging_are_no_delay(tmp_path: Path) -> None:
-    """The base model alone takes them for a part of one."""
+@pytest.mark.parametrize(("order", "step"), [(40.0, 1), (20.0, 4)])
+def test_friction_and_cogging_are_no_delay(order: float, step: int, tmp_path: Path) -> None:
+    """The base model alone takes them for a part of one; every so many samples of the log."""
     paths = []
     for seed, number in TWICE:
-        cogging = 0.3 * np.sin(40.0 * moved(CLOCK, seed)[0])
-        paths.append(write(tmp_path / f"{seed}_{number}.csv", seed, number, 0.3, extra=cogging))
+        cogging = 0.3 * np.sin(order * moved(CLOCK, seed)[0])
+        path = write(tmp_path / f"{seed}_{number}.csv", seed, number, 0.3, extra=cogging)
+        paths.append(thinned(path, step))
     diagnosis = diagnose(paths, [], options=OPTIONS)
     assert [effect.id for effect in diagnosis.effects] == ["cogging_harmonic", "coulomb_friction"]
     assert not [text for text in diagnosis.findings if "angles by" in text]

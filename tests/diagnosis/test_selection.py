@@ -27,7 +27,7 @@ from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
-from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+from tests.diagnosis.single import SECONDS, TS, moved, thinned, wanted, write
 
 Array = NDArray[np.float64]
 CLOCK = np.arange(round(SECONDS / TS)) * TS
@@ -137,10 +137,7 @@ def bench_of(
     for k, (motion, number) in enumerate(runs):
         extra = 0.0 if torque is None else torque(*moved(CLOCK, motion))
         path = write(folder / f"{k}.csv", motion, number, 0.0, extra=extra)
-        lines = path.read_text().splitlines(keepends=True)
-        head = next(k for k, line in enumerate(lines) if line[0] in "-.0123456789")
-        path.write_text("".join([*lines[:head], *lines[head::step]]))
-        paths.append(path)
+        paths.append(thinned(path, step))
     base, run_set, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
     model, _, _ = fitted(base, run_set.runs)
