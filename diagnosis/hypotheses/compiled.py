@@ -26,6 +26,7 @@ class Compiled:
 
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
     by_way: its states follow the way that angles go: noise must not count as way.
+    slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
     """
 
     effect: Effect
@@ -33,6 +34,7 @@ class Compiled:
     along: ScanFunction | None
     alone: bool = False
     by_way: bool = False
+    slow: bool = False
 
     @property
     def searched(self) -> list[Shape]:
@@ -71,7 +73,8 @@ def compiled(
     )
     pairs = zip(chosen, columns, strict=True)
     from_library = [
-        Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs
+        Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n), _is_slow(e, n))
+        for e, c in pairs
     ]
     return from_library + own
 
@@ -93,11 +96,21 @@ def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
 
 def _is_alone(effect: Effect, n: int) -> bool:
     """Whether neither columns nor states depend on other axes."""
+    return not _depends(effect, n)[N_SIGNAL:].any()
+
+
+def _is_slow(effect: Effect, n: int) -> bool:
+    """Whether an effect on the torque depends on angle, rate and time of its axis alone."""
+    return effect.acts_on == "torque" and not np.delete(_depends(effect, n), [0, 1, 5]).any()
+
+
+def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:
+    """Whether columns or states depend on each of the signals, of the axis and of all."""
     u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
     shape = _shape(effect, ca.SX.sym("shape", max(1, len(effect.shapes))))
     then = effect.advance(signals(n, u), signals(n, u), state, shape, ca.SX.sym("Ts"))
     outputs = ca.vertcat(effect.columns(signals(n, u), state, shape), then)
-    return not any(ca.which_depends(outputs, u[N_SIGNAL:]))
+    return np.array(ca.which_depends(outputs, u))
 
 
 def _is_by_way(effect: Effect, n: int) -> bool:

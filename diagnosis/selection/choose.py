@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -50,7 +50,7 @@ class Accepted:
 
 
 def chosen(
-    moments: Moments,
+    least: Callable[[Score], float],
     known: Sequence[Score],
     scores: Sequence[Score],
     bars: Bars,
@@ -58,15 +58,15 @@ def chosen(
     criteria: Criteria,
     plainly: Plainly,
 ) -> Accepted | None:
-    """What is accepted of the scores of a round beside those that are known."""
-    alone = unrepeated(moments, known)
+    """What is accepted of the scores of a round beside those that are known; least: what one must
+    gain [nats]."""
 
     def good(score: Score) -> bool:
         return beyond_chance(score, known, bars, criteria, plainly)
 
     for score in scores:
         there = shown(score, criteria, repeated(score, known))
-        if there and score.gain > alone[score.hypothesis.axis] and good(score):
+        if there and score.gain > least(score) and good(score):
             return simplest(score, scores, number, criteria, good)
     return None
 
@@ -146,20 +146,34 @@ def simplest(
     return Accepted(first, tuple(rivals), number, tuple(fuller))
 
 
-def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
-    """Least gain [nats] of an effect on each axis, or on the whole, where nothing repeats.
+def unrepeated(plain: Moments, known: Sequence[Score]) -> Callable[[Score], float]:
+    """Least gain [nats] of an effect where nothing repeats; plain: the model without what feedback
+    may answer to noise.
 
-    Nothing but another trajectory speaks for it then. What explains less than half of all that is
-    left is not named, nor is what stands beside an effect that is known, or a payload.
+    Nothing but another trajectory speaks for it then. Noise of the angles makes accelerations, and
+    so all torques: what goes with these is not named if it explains less than half of all that is
+    left beside `plain`, nor beside an effect that is known. Nothing is beside a payload.
     """
-    rows, q = moments.rows, moments.fit(None).q
+    rows = plain.rows
     if rows.pairs.nnz:
-        return dict.fromkeys([None, *range(rows.n)], 0.0)
-    left = [float(((rows.white_y[i] - moments.white(i, q)) ** 2).sum()) for i in range(rows.n)]
+        return lambda score: 0.0
+    q = plain.fit(None).q
+    left = [float(((rows.white_y[i] - plain.white(i, q)) ** 2).sum()) for i in range(rows.n)]
     taken = {k.hypothesis.axis for k in known}
-    taken |= {None for load in rows.model.loads if load.bit is not None}
-    least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
-    return {None: sum(left) / 4, **dict(enumerate(least))}
+    loaded = any(load.bit is not None for load in rows.model.loads)
+
+    def least(score: Score) -> float:
+        hypothesis = score.hypothesis
+        axis = hypothesis.axis
+        if loaded:
+            return np.inf
+        if isinstance(hypothesis, EffectHypothesis) and hypothesis.slow:
+            return 0.0
+        if axis is None:
+            return sum(left) / 4
+        return np.inf if {axis, None} & taken else left[axis] / 4
+
+    return least
 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:

@@ -2,23 +2,27 @@
 
 Noise of the angles moves the joints, by the feedback, and is in the reported torque as well as in
 the columns. Where a motion is repeated, products between passes leave it out. Where nothing is, it
-looks like a mechanism that answers linearly to its own motion: a flexible mode, above all. With n
-the noise of an axis, the angles hold S n and the model leaves -M n'', so that
+looks like a mechanism that answers linearly to its own motion: a flexible mode, an elastic joint.
+With n the noise of axis j the angles hold S n, and the model leaves -M_ij(theta) n'' on every axis
+i, so that
 
-    left = H(s) (fast part of the angles' rates and accelerations)
+    left_i = M_ij(theta) H_j(s) (fast part of the acceleration of axis j)
 
-with a response H that nobody knows, fitted freely, band by band. It competes with every effect of
-the axis: one that explains no more than this has no name, and this is in the model instead.
+with a response H_j that nobody knows, fitted freely, band by band, real and imaginary parts. It
+competes with every effect: one that explains no more than this has no name, and this is in the
+model instead.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
+from flexhex.diagnosis.runs.blocks import Block
 from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.choose import as_good
 from flexhex.diagnosis.selection.criteria import Criteria
@@ -34,65 +38,72 @@ BANDS, WIDER = 6, 2**0.5
 """Bands, from the smoothing window down, and how much slower the next one is."""
 
 
-def noisy(rows: Rows) -> set[int]:
-    """Axes with noise of the angles in the products: all, where nothing is run twice and there is
-    some."""
+def noisy(rows: Rows) -> bool:
+    """Whether noise of the angles is in the products: nothing is run twice and there is some."""
     there = any(block.run.motion.noise is not None for block in rows.model.blocks)
-    return {*range(rows.n)} if there and not rows.pairs.nnz else set()
+    return there and not rows.pairs.nnz
 
 
-def answers(
-    moments: Moments, axes: Iterable[int], score: Score | None, criteria: Criteria
-) -> dict[int, Term]:
-    """What feedback may answer, on those of these axes on which it explains as much as an effect
-    does, with the error of its form; on all of them where there is none."""
+def answers(moments: Moments, score: Score | None, criteria: Criteria) -> list[Term]:
+    """What feedback may answer, if it explains as much as an effect does, with the error of its
+    form, or if there is none."""
+    if score is not None and not isinstance(score.hypothesis, EffectHypothesis):
+        return []
+    terms = feedback(moments)
     if score is None:
-        return {axis: feedback(moments, axis) for axis in axes}
-    if not isinstance(score.hypothesis, EffectHypothesis):
-        return {}
-    terms = {axis: feedback(moments, axis) for axis in {*axes} & {*score.hypothesis.felt}}
-    error = form_error(score, criteria)
-
-    def good(term: Term) -> bool:
-        gain = together(moments.extended(term), moments, [term])
-        return as_good(gain, score.gain, error, criteria)
-
-    return {axis: term for axis, term in terms.items() if good(term)}
+        return terms
+    gain = together(reduce(Moments.extended, terms, moments), moments, terms)
+    return terms if as_good(gain, score.gain, form_error(score, criteria), criteria) else []
 
 
-def feedback(moments: Moments, axis: int) -> Term:
-    """What feedback may answer on an axis: rates and accelerations in each band; one standard
-    deviation of each coefficient makes as much torque as a model leaves."""
-    rows = moments.rows
-    values = [np.hstack(own) for own in zip(*_bands(rows, axis), strict=True)]
-    white = rows.white(axis, values)
-    left = rows.white_y[axis] - moments.white(axis, moments.fit(None).q)
-    squares = np.maximum((white**2).mean(axis=0), np.finfo(float).tiny)
-    return Term({axis: rows.raw(values)}, {axis: white}, squares / (left**2).mean())
+def feedback(moments: Moments) -> list[Term]:
+    """What feedback may answer to the noise of each axis; one standard deviation of each
+    coefficient makes as much torque as a model leaves."""
+    rows, q, terms = moments.rows, moments.fit(None).q, list[Term]()
+    left = sum(((rows.white_y[i] - moments.white(i, q)) ** 2).mean() for i in range(rows.n))
+    length = rows.model.base.window
+    columns = [_answers(block, _inertia(rows, block), length) for block in rows.model.blocks]
+    for source in range(rows.n):
+        values = {i: [own[:, i, source] for own in columns] for i in range(rows.n)}
+        felt = {i: v for i, v in values.items() if any(part.any() for part in v)}
+        white = {i: rows.white(i, v) for i, v in felt.items()}
+        squares = sum((w**2).mean(axis=0) for w in white.values())
+        prior = np.maximum(squares, np.finfo(float).tiny) / left
+        terms.append(Term({i: rows.raw(v) for i, v in felt.items()}, white, prior))
+    return terms
 
 
-def _bands(rows: Rows, axis: int) -> list[list[Array]]:
-    """Rates and accelerations (m, 2) of each block in each band, the fastest first."""
-    bands = list[list[Array]]()
-    blocks, window = rows.model.blocks, rows.model.base.window
-    motions = [block.run.motion for block in blocks]
-    raw = [np.stack([m.thetad[:, axis], m.thetadd[:, axis]], axis=1) for m in motions]
-    faster = raw
+def _inertia(rows: Rows, block: Block) -> Array:
+    """M (samples, n, n): torque on each axis for the acceleration of each."""
+    base, motion, p = rows.model.base, block.run.motion, rows.model.linear(block.run)
+
+    def torque(accelerated: Array) -> Array:
+        moved = replace(motion, thetadd=np.broadcast_to(accelerated, motion.theta.shape))
+        moved.solved.update(motion.solved)  # of the same angles
+        return base.torque(moved, p)
+
+    still = torque(np.zeros(rows.n))
+    return np.stack([torque(unit) - still for unit in np.eye(rows.n)], axis=2)
+
+
+def _answers(block: Block, inertia: Array, length: float) -> Array:
+    """Torques (m, n, n, 2 BANDS) of each axis that accelerates with the rate or the acceleration of
+    each in each band, the fastest first."""
+    motion = block.run.motion
+    raw = np.stack([motion.thetad, motion.thetadd], axis=2)
+    faster, bands = raw, list[Array]()
     for band in range(1, BANDS + 1):
-        slower = [
-            _slower(values, window * WIDER**band / m.ts)
-            for values, m in zip(raw, motions, strict=True)
-        ]
-        pairs = zip(blocks, faster, slower, strict=True)
-        bands.append([block.smooth(fast - slow) for block, fast, slow in pairs])
+        slower = _slower(raw, length * WIDER**band / motion.ts)
+        bands.append(block.smooth(inertia[..., None] * (faster - slower)[:, None]))
         faster = slower
-    return bands
+    return np.concatenate(bands, axis=3)
 
 
 def _slower(values: Array, samples: float) -> Array:
     """Smoothed by a Hann window of so many samples; beyond the ends values stay what they are
     there."""
     weights = hann(max(3, round(samples)))
-    half = len(weights) // 2
-    padded = np.pad(values, ((half, len(weights) - 1 - half), (0, 0)), mode="edge")
-    return np.asarray(oaconvolve(padded, weights[:, None] / weights.sum(), mode="valid", axes=0))
+    half, rest = len(weights) // 2, values.ndim - 1
+    padded = np.pad(values, ((half, len(weights) - 1 - half), *((0, 0),) * rest), mode="edge")
+    kernel = weights.reshape(-1, *(1,) * rest) / weights.sum()
+    return np.asarray(oaconvolve(padded, kernel, mode="valid", axes=0))

@@ -157,6 +157,7 @@ class Hypotheses:
             *kind,
             high=bounds[1],
             taken=taken if effect.entered else None,
+            slow=item.slow,
             ordered=ordered,
             known=known,
         )

@@ -38,8 +38,8 @@ class EffectHypothesis:
     a fit may choose; extends: the simpler effect that it becomes without its further gains;
     choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
     change of the reported torque that a gain of one takes away, if the columns are of that torque;
-    ordered: pairs of gains of which the first is at most so many times the second; known: of each
-    shape."""
+    slow: it goes with angle, rate and time alone; ordered: pairs of gains of which the first is at
+    most so many times the second; known: of each shape."""
 
     id: str
     axis: Axis
@@ -54,6 +54,7 @@ class EffectHypothesis:
     choices: int = 1
     high: Array | None = None
     taken: Callable[[], Array] | None = None
+    slow: bool = False
     ordered: tuple[tuple[int, int, float], ...] = ()
     known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
 

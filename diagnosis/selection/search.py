@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, reduce
 from math import log
 
 from flexhex.diagnosis.selection.bars import Bars, bars_of, form_error
@@ -16,6 +16,7 @@ from flexhex.diagnosis.selection.choose import (
     chosen,
     effect_scores,
     parameter_scores,
+    unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
@@ -36,20 +37,20 @@ from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
 @dataclass
 class Search:
     """The model as far as it was found. terms: of each accepted effect, its columns and those of
-    the error of its form, none of a parameter; scores: of each axis, of those that are stale beside
-    a model before."""
+    the error of its form, none of a parameter; answered: feedback's answer to noise; scores: of
+    each axis, of those that are stale beside a model before."""
 
     hypotheses: Hypotheses
     criteria: Criteria
     accepted: list[Accepted] = field(default_factory=list)
     terms: list[tuple[Term, ...]] = field(default_factory=list)
+    answered: tuple[Term, ...] = ()
     scores: dict[Axis, list[Score]] = field(default_factory=dict)
     stale: set[Axis] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
         self.bars = bars_of(self.hypotheses, self.criteria)
-        self.unanswered = noisy(self.hypotheses.rows)
         self.stale = self._against(None)
 
     def next(self, number: int) -> tuple[Accepted | None, list[Score]]:
@@ -94,12 +95,13 @@ class Search:
 
     def _answer(self, accepted: Accepted | None) -> bool:
         """Whether feedback's answer to noise is in the model now, in the place of this."""
+        if self.answered or not noisy(self.hypotheses.rows):
+            return False
         score = None if accepted is None else accepted.score
-        terms = answers(self.moments, self.unanswered, score, self.criteria)
-        for term in terms.values():
-            self.moments = self.moments.extended(term)
-        self.unanswered -= terms.keys()
-        self.stale |= {*terms, None} if terms else set()
+        terms = answers(self.moments, score, self.criteria)
+        if terms:
+            self.moments = reduce(Moments.extended, terms, self.moments)
+            self.answered, self.stale = tuple(terms), self._against(None)
         return bool(terms)
 
     def _against(self, accepted: Accepted | None) -> set[Axis]:
@@ -122,7 +124,8 @@ class Search:
             return with_shape(plain(), self.hypotheses, score)
 
         bars = self._bars()
-        return chosen(self.moments, self.known(), scores, bars, number, self.criteria, plainly)
+        least = unrepeated(self.moments.without(*self.answered), self.known())
+        return chosen(least, self.known(), scores, bars, number, self.criteria, plainly)
 
     def _bars(self) -> Bars:
         """With what errors in the form of accepted effects may have left. Effects of an axis may

@@ -83,7 +83,16 @@ class StribeckFriction(DryFriction):
     )
     shapes = (
         PRESLIDING,
-        Shape("v_s", "rad/s", 1e-3, 1.0, 0.05, (0.01, 0.03, 0.1, 0.3), "Stribeck rate"),
+        Shape(
+            "v_s",
+            "rad/s",
+            low=1e-3,
+            high=0.35,
+            start=0.05,
+            grid=(0.01, 0.03, 0.1, 0.3),
+            description="Stribeck rate, below the usual one",
+            closed=True,
+        ),
     )
     states = (State("z_0", "1"), State("z_s", "1"))
     excites = "very slow motion beside fast motion"
