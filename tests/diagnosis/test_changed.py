@@ -86,11 +86,13 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     better = Score(effect, 400.0, np.zeros(2), 0.1)
     monkeypatch.setattr(search, "parameter_scores", lambda *_: [change])
     monkeypatch.setattr(search, "payload_score", lambda *_: None)
-    monkeypatch.setattr(search, "noisy", lambda _: set())
+    monkeypatch.setattr(search, "noisy", lambda _: False)
+    monkeypatch.setattr(search, "unrepeated", lambda *_: None)
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
-    hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
+    moments = SimpleNamespace(without=lambda *_: None)
+    hypotheses: Any = SimpleNamespace(rows=rows, moments=moments)
     accepted, _ = search.Search(hypotheses, USUAL).next(1)
     assert accepted is not None
     assert accepted.score is better

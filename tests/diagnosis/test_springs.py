@@ -6,17 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.basemodels import bases
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
-from flexhex.diagnosis.basemodels.serial import Arm, Link
 from flexhex.diagnosis.result.verdict import Estimate
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv
+from tests.diagnosis.test_payloads_arm import planar
+
+__all__ = ["planar"]
 
 Array = NDArray[np.float64]
 STIFFNESS, REST, OFFSET = 1.2, 0.9, 0.35
@@ -36,40 +35,27 @@ def logs(folder: Path, torque: Callable[[Array], Array]) -> list[Path]:
     return paths
 
 
-@pytest.fixture
-def planar(monkeypatch: pytest.MonkeyPatch) -> Options:
-    """Options with a base model whose masses are some percent off."""
-    links = (
-        Link((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.1, (0.175, 0.0, 0.0)),
-        Link((two_links.L1, 0.0, 0.0), (0.0, 0.0, 0.0), 1.93, (0.153, 0.0, 0.0)),
-    )
-    arm = Arm(links, (0.0, -two_links.G, 0.0), 0.1)
-    table = {**bases.BASES, "planar": lambda file, log: RigidArmBase(arm, log["theta"].ts)}
-    monkeypatch.setattr(bases, "BASES", table)
-    return Options(base="planar")
-
-
 def within(estimate: Estimate, value: float) -> bool:
     low, high = estimate.ci95
     return low <= value <= high
 
 
-def test_spring_of_a_joint_is_named_with_its_stiffness(planar: Options, tmp_path: Path) -> None:
+def test_spring_of_a_joint_is_named_with_its_stiffness(planar: str, tmp_path: Path) -> None:
     paths = logs(tmp_path, lambda angle: STIFFNESS * (angle - REST))
-    (effect,) = diagnose(paths, options=planar).effects
+    (effect,) = diagnose(paths, options=Options(base=planar)).effects
     assert (effect.id, effect.axes, effect.rivals) == ("linear_stiffness", (2,), ())
     assert within(effect.parameters["k_1"], STIFFNESS)
     assert within(effect.parameters["o"], -STIFFNESS * REST)
 
 
-def test_constant_torque_is_no_spring(planar: Options, tmp_path: Path) -> None:
-    (effect,) = diagnose(logs(tmp_path, lambda angle: OFFSET), options=planar).effects
+def test_constant_torque_is_no_spring(planar: str, tmp_path: Path) -> None:
+    (effect,) = diagnose(logs(tmp_path, lambda angle: OFFSET), options=Options(base=planar)).effects
     assert (effect.id, effect.axes, effect.rivals) == ("torque_offset", (2,), ())
     assert within(effect.parameters["o"], OFFSET)
 
 
-def test_nothing_is_a_spring_where_there_is_none(planar: Options, tmp_path: Path) -> None:
-    assert diagnose(logs(tmp_path, np.zeros_like), options=planar).verdict == "none"
+def test_nothing_is_a_spring_where_there_is_none(planar: str, tmp_path: Path) -> None:
+    assert diagnose(logs(tmp_path, np.zeros_like), options=Options(base=planar)).verdict == "none"
 
 
 def test_spring_says_where_it_is_at_rest() -> None:
