@@ -179,17 +179,23 @@ def unrepeated(plain: Moments, known: Sequence[Score]) -> Callable[[Score], floa
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     """The same, with the name that most axes can have where several that are equally simple would
     do on each, and the fuller form of an effect where another axis needs it: one cause is simpler
-    than two."""
+    than two. What an axis has already is no other name for something beside it."""
     needed = {each.score.hypothesis.id for each in accepted}
     places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
     count = Counter(name for own in places for name in own)
+    there = {(a.score.hypothesis.axis, a.score.hypothesis.id) for a in accepted}
     unified = []
     for each, own in zip(accepted, places, strict=True):
         if fuller := [s for s in each.fuller if s.hypothesis.id in needed]:
             unified.append(replace(each, score=fuller[0]))
             continue
         first = each.score.hypothesis
-        same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
+        same = [
+            name
+            for name, score in own.items()
+            if score.hypothesis.freedom == first.freedom
+            and (name == first.id or (first.axis, name) not in there)
+        ]
         name = max(same, key=lambda name: (count[name], name == first.id))
         rivals = tuple(score for score in own.values() if score is not own[name])
         unified.append(replace(each, score=own[name], rivals=rivals, fuller=()))

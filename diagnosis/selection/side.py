@@ -82,8 +82,8 @@ def selected(
         others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
     if not selection.arbitrated or (judged and not model.noise.repeats):
         kept = validated(bench, effects, others, criteria)
-        if lost := [a.score.hypothesis.id for a in effects if a not in kept]:
-            why = "explains too little of the held-out runs"
+        if lost := [_placed(a.score) for a in effects if a not in kept]:
+            why = "not on the held-out runs"
             if not selection.arbitrated and not kept:
                 why = "one trajectory cannot show it: record another one"
             notes.append(f"{', '.join(dict.fromkeys(lost))} would fit, but {why}")
@@ -137,6 +137,12 @@ def selected(
         tuple(rests),
         {i: rest.size * float(model.torque_rms[i]) for i, rest in enumerate(selection.rest)},
     )
+
+
+def _placed(score: Score) -> str:
+    """An effect and its axis in words."""
+    axis = score.hypothesis.axis
+    return score.hypothesis.id + ("" if axis is None else f" on axis {axis + 1}")
 
 
 def validated(

@@ -156,13 +156,24 @@ def test_same_effect_on_another_axis_needs_no_second_trajectory(
     assert passes(score, known, BARS, USUAL) == accepted
 
 
+def scored_as(name: str, axis: int, freedom: int) -> Score:
+    hypothesis: Any = SimpleNamespace(id=name, axis=axis, freedom=freedom, extends="")
+    return Score(hypothesis, 60.0, np.zeros(2), 0.01)
+
+
+@pytest.mark.parametrize(("there", "name"), [(False, "viscous"), (True, "drag")])
+def test_what_an_axis_has_already_is_no_name_for_something_beside_it(
+    there: bool, name: str
+) -> None:
+    """Viscous friction on another axis is a reason to call it so here, unless it is here, too."""
+    elsewhere = Accepted(scored_as("viscous", 1, 1), (), 1)
+    here = [Accepted(scored_as("viscous", 0, 1), (), 2)] if there else []
+    drag = Accepted(scored_as("drag", 0, 1), (scored_as("viscous", 0, 1),), 3)
+    assert one_cause([elsewhere, *here, drag])[-1].score.hypothesis.id == name
+
+
 def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None:
     """Coulomb friction on one axis and Stribeck's on another is one cause."""
-
-    def scored_as(name: str, axis: int, freedom: int) -> Score:
-        hypothesis: Any = SimpleNamespace(id=name, axis=axis, freedom=freedom, extends="")
-        return Score(hypothesis, 60.0, np.zeros(2), 0.01)
-
     coulomb, fuller = scored_as("coulomb", 0, 1), scored_as("stribeck", 0, 3)
     other = Accepted(scored_as("stribeck", 1, 3), (), 1)
     alone = Accepted(coulomb, (), 2, (fuller,))

@@ -204,4 +204,4 @@ def test_one_trajectory_names_nothing(tmp_path: Path) -> None:
     side = selected(bench, (), lambda text: None)
     assert not side.named
     assert side.remains == (0,)
-    assert any("cogging_harmonic would fit" in note for note in side.notes)
+    assert any("cogging_harmonic on axis 1 would fit" in note for note in side.notes)
