@@ -22,9 +22,8 @@ POOR = 0.5
 TOGETHER = 0.7
 """Least correlation of a torque with the nominal model's. Measured: -0.97 with a turned sign, 0.62
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
-DELAYED, SEEN = 2e-4, 0.04
-"""Delay of the reported torques that is worth a word [s], and as a share of its tolerance: a tenth
-of a sample."""
+DELAYED = 2e-4
+"""Delay [s] of the reported torques that is worth a word."""
 EXPLAINED = 0.5
 """Part of the squares of all axes' residuals that a delay may leave at most."""
 HELD = 1e-3
@@ -95,8 +94,7 @@ def delay_of(fit: Joint) -> tuple[float, float]:
 def _clear(fit: Joint, deviations: float) -> bool:
     """Whether the torques' common delay is worth a word and stands above zero."""
     late, deviation = delay_of(fit)
-    least = max(DELAYED, SEEN * fit.bench.model.fitted.late)
-    return abs(late) >= max(least, deviations * deviation)
+    return abs(late) >= max(DELAYED, deviations * deviation)
 
 
 def delayed(fit: Joint, deviations: float) -> str:

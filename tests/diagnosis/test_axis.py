@@ -69,7 +69,7 @@ def test_torque_that_comes_late_is_reported_and_is_no_effect(tmp_path: Path) -> 
 
 
 @several
-@pytest.mark.parametrize(("order", "step"), [(40.0, 1), (20.0, 4)])
+@pytest.mark.parametrize(("order", "step"), [(40.0, 1), (40.0, 4)])
 def test_friction_and_cogging_are_no_delay(order: float, step: int, tmp_path: Path) -> None:
     """The base model alone takes them for a part of one; every so many samples of the log."""
     paths = []
