@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from flexhex.fmus.common.errors import LogError
 
@@ -60,6 +61,7 @@ def units_of(owner: object, n: int, unit: str) -> tuple[str, ...]:
     return tuple(kind.unit(unit) for kind in kinds_of(owner, n))
 
 
+@cache
 def powers(unit: str) -> tuple[int, int]:
     """Powers of torque and of angle in a unit for axes that turn: 1 and -2 in `N m/rad2`."""
     above, _, below = unit.partition("/")

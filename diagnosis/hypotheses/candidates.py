@@ -13,7 +13,7 @@ from flexhex.diagnosis.hypotheses.compiled import Compiled
 from flexhex.diagnosis.hypotheses.misread import Misread
 from flexhex.diagnosis.hypotheses.scales import Scales
 from flexhex.diagnosis.hypotheses.signals import TORQUES, entering, passed_on, signals_of
-from flexhex.diagnosis.hypotheses.turning import followed, states_along
+from flexhex.diagnosis.hypotheses.turning import followed, halved, states_along
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
@@ -33,6 +33,8 @@ class Bench:
         self.model, self.n, self.across = model, model.base.n, across
         self.effects = {c.effect.id: c for c in effects}
         self._kept: dict[tuple[int, bool, str, bool], list[Array]] = {}
+        self._halves: dict[tuple[object, ...], list[tuple[Array, Array]]] = {}
+        self._shapes: dict[tuple[str, int], list[dict[str, float]]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
         self._errors: dict[tuple[str, int], tuple[Mapping[str, float], list[Array]]] = {}
 
@@ -91,6 +93,11 @@ class Bench:
 
     def shapes(self, name: str, axis: int) -> list[dict[str, float]]:
         """The grid of an effect's shapes on an axis; none where it cannot have the effect."""
+        if (name, axis) not in self._shapes:
+            self._shapes[name, axis] = self._possible(name, axis)
+        return self._shapes[name, axis]
+
+    def _possible(self, name: str, axis: int) -> list[dict[str, float]]:
         if name not in self.effects:
             return [{}]
         item = self.effects[name]
@@ -168,6 +175,16 @@ class Bench:
             self._kept[kind] = self._signals_of(*kind)
         return self._kept[kind]
 
+    def _followed(self, item: Compiled, axis: int) -> list[tuple[Array, Array]]:
+        """Signals that the states of an effect follow, and the same with half steps, of each block;
+        the last ones are kept, as all shapes of an effect want them."""
+        kind = axis, item.alone, item.by_way, item.effect.entered, item.effect.geared
+        if kind not in self._halves:
+            pairs = zip(self._inputs(item, axis), self.model.blocks, strict=True)
+            listed = [followed(item, own, b.run.motion, axis) for own, b in pairs]
+            self._halves = {kind: [(signals, halved(item, signals)) for signals in listed]}
+        return self._halves[kind]
+
     def _signals_of(self, axis: int, alone: bool, place: str, seen: bool) -> list[Array]:
         inputs_of_blocks = []
         for k, signals in enumerate(self.signals):
@@ -192,7 +209,7 @@ class Bench:
         blocks, state, now = self.model.blocks, None, 0.0
         for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
             run = blocks[k].run
-            signals = followed(item, self._inputs(item, axis)[k], run.motion, axis)
+            signals, finer = self._followed(item, axis)[k]
             if state is None or not self.across:
                 rest = item.effect.start(float(signals[0, 0]), shape)
                 state = np.array(ca.DM(rest), dtype=float).ravel()
@@ -201,7 +218,7 @@ class Bench:
                 for _ in range(round((run.start - now) / length)):
                     state = item.along(state, signals, fixed)[-1]
                 now = run.start + length
-            states[k] = states_along(item, state, signals, fixed, run.motion, axis)
+            states[k] = states_along(item, state, finer, fixed, run.motion, axis)
             state = states[k][-1]
         return [states[k] for k in range(len(blocks))]
 

@@ -23,20 +23,28 @@ def followed(item: Compiled, inputs: Array, motion: Motion, axis: int) -> Array:
     return signals
 
 
+def halved(item: Compiled, signals: Array) -> Array:
+    """Signals along which states are integrated: with half steps where ways count."""
+    if not item.by_way:
+        return signals
+    finer = np.empty((2 * len(signals) - 1, signals.shape[1]))
+    finer[::2], finer[1::2] = signals, (signals[1:] + signals[:-1]) / 2
+    return finer
+
+
 def states_along(
-    item: Compiled, state: Array, signals: Array, fixed: Array, motion: Motion, axis: int
+    item: Compiled, state: Array, finer: Array, fixed: Array, motion: Motion, axis: int
 ) -> Array:
-    """States (samples, states) along a block, from a state (states,) with these shapes.
+    """States (samples, states) along a block, from a state (states,) with these shapes; finer: see
+    `halved`.
 
     What goes by the way of an angle turns between two samples: so of each sample the mean of half a
     step before and after it, or more of one of them by how much later the motion turned.
     """
     assert item.along is not None
-    if not item.by_way:
-        return item.along(state, signals, fixed)
-    finer = np.empty((2 * len(signals) - 1, signals.shape[1]))
-    finer[::2], finer[1::2] = signals, (signals[1:] + signals[:-1]) / 2
     states = item.along(state, finer, fixed)
+    if not item.by_way:
+        return states
     before, after, result = states[1:-2:2], states[3::2], states[::2].copy()
     late = motion.turning[1:-1, axis, None]
     result[1:-1] = (0.5 + late) * before + (0.5 - late) * after

@@ -143,31 +143,32 @@ def _mean(evidence: Array) -> float:
 
 
 def turned_to(S: Array, r: Array, gone: float = GONE) -> tuple[Array, Array, Array]:
-    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k); those of which the
-    model explains all but `gone`, of the largest, are empty."""
-    values, vectors = np.linalg.eigh((S + S.T) / 2)
-    there = values > gone * max(float(values[-1]), 0.0)
-    return np.where(there, values, 0.0), np.where(there, vectors.T @ r, 0.0), vectors
+    """Eigenvalues (..., k) of S (..., k, k), r (..., k) in their directions, the directions
+    (..., k, k); those of which the model explains all but `gone`, of the largest, are empty."""
+    values, vectors = np.linalg.eigh((S + S.swapaxes(-1, -2)) / 2)
+    there = values > gone * np.maximum(values[..., -1:], 0.0)
+    turned = (vectors.swapaxes(-1, -2) @ r[..., None])[..., 0]
+    return np.where(there, values, 0.0), np.where(there, turned, 0.0), vectors
 
 
-def log_evidence(values: Array, turned: Array, prior: float) -> float:
-    """Evidence for coefficients that all have the same inverse variance."""
+def log_evidence(values: Array, turned: Array, prior: float | Array) -> Array:
+    """Evidence (...) for coefficients that all have the same inverse variance."""
     A = values + prior
-    return float((turned**2 / A - np.log(A / prior)).sum()) / 2
+    return np.asarray((turned**2 / A - np.log(A / prior)).sum(axis=-1) / 2)
 
 
-def together(moments: Moments, rest: Moments, terms: Sequence[Term]) -> float:
-    """What terms of a model add, all of them, to the log predictive density of its folds [nats];
-    rest: the model without them."""
+def together(moments: Moments, terms: Sequence[Term]) -> float:
+    """What terms of a model add, all of them, to the log predictive density of its folds [nats].
+
+    Their gains q and covariance C in the fit of the whole model say it: C^-1 is S + P, and C^-1 q
+    is r, beside the model without them.
+    """
     own = np.concatenate([np.arange(moments.m)[moments.place(term)] for term in terms])
-    others = np.setdiff1d(np.arange(moments.m), own)
     size, total = moments.prior[own] ** -0.5, dict[Left, float]()
     for left in [None, *moments.rows.folds]:
-        (G, b), fit = moments.gram(left), rest.fit(left)
-        cross = G[np.ix_(others, own)]
-        S = G[np.ix_(own, own)] - cross.T @ fit.solve(cross)
-        right = (b[own] - cross.T @ fit.q) * size
+        fit = moments.fit(left)
         # errors of a form are small beside the effect itself
-        values, turned, _ = turned_to(S * np.outer(size, size), right, ROUNDED)
-        total[left] = log_evidence(values, turned, 1.0)
+        values, vectors = np.linalg.eigh(fit.covariance(own) / np.outer(size, size))
+        turned = vectors.T @ (fit.q[own] / size)
+        total[left] = float((turned**2 / values + np.log(values)).sum()) / 2
     return sum(total[None] - total[fold] for fold in moments.rows.folds)

@@ -52,7 +52,7 @@ def answers(moments: Moments, score: Score | None, criteria: Criteria) -> list[T
     terms = feedback(moments)
     if score is None:
         return terms
-    gain = together(reduce(Moments.extended, terms, moments), moments, terms)
+    gain = together(reduce(Moments.extended, terms, moments), terms)
     return terms if as_good(gain, score.gain, form_error(score, criteria), criteria) else []
 
 

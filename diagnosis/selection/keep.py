@@ -40,7 +40,7 @@ class Keep:
         parts = [self._columns[key] for key in keys]
         for key in dict.fromkeys(keys):
             self._columns[key] = self._columns.pop(key)
-        stacked = {i: np.hstack([p[i] for p in parts]).astype(np.float64) for i in parts[0]}
+        stacked = {i: np.hstack([p[i] for p in parts], dtype=np.float64) for i in parts[0]}
         while self.taken > self.room and len(self._columns) > 1:
             self.taken -= sum(
                 v.nbytes for v in self._columns.pop(next(iter(self._columns))).values()

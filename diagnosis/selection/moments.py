@@ -50,6 +50,11 @@ class Solved:
         scaled = right / self.size[:, None]
         return np.asarray(solve_triangular(self.factor, scaled, trans=1, check_finite=False))
 
+    def covariance(self, places: Sequence[int]) -> Array:
+        """(G + prior)^-1 of some coefficients (k, k)."""
+        half = self.half(np.eye(len(self.q))[:, places])
+        return np.asarray(half.T @ half)
+
 
 class Moments:
     """The base model with accepted terms: y = X c, c (m,) the base's and the terms' columns.
@@ -84,18 +89,25 @@ class Moments:
     def _square(self, axis: int) -> Array:
         """X^T X (m, m) of an axis, not whitened, of all rows."""
         if axis not in self._squares:
-            nb, square = self.rows.nb, np.zeros((self.m, self.m))
-            square[:nb, :nb] = self.rows.squares[axis]
-            own = [t.raw.get(axis) for t in self.terms]
-            for term, place in zip(own, self._places, strict=True):
-                if term is not None:
-                    square[:nb, place] = self.rows.B.pulled(axis, term)
-                    for other, beside in zip(own, self._places, strict=True):
-                        if other is not None:
-                            square[beside, place] = other.T @ term
-                    square[place, :nb] = square[:nb, place].T
+            square = self.rows.squares[axis]
+            for k in range(len(self.terms)):
+                square = self._wider(square, axis, k)
             self._squares[axis] = square
         return self._squares[axis]
+
+    def _wider(self, square: Array, axis: int, k: int) -> Array:
+        """X^T X of an axis with the columns of the k-th term, from that of all before it."""
+        m, place = len(square), self._places[k]
+        wider = np.zeros((place.stop, place.stop))
+        wider[:m, :m] = square
+        term = self.terms[k].raw.get(axis)
+        if term is not None:
+            wider[: self.rows.nb, place] = self.rows.B.pulled(axis, term)
+            for other, beside in zip(self.terms[: k + 1], self._places, strict=False):
+                if axis in other.raw:
+                    wider[beside, place] = other.raw[axis].T @ term
+            wider[place, :m] = wider[:m, place].T
+        return wider
 
     def torque(self, axis: int, c: Array) -> Array:
         """X c (R,) of an axis [N m]."""
@@ -139,6 +151,8 @@ class Moments:
             whole[m:, :m] = whole[:m, m:].T
             whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
             longer._grams[fold] = whole, right
+        last = len(longer.terms) - 1
+        longer._squares = {i: longer._wider(v, i, last) for i, v in self._squares.items()}
         return longer
 
     def without(self, *terms: Term) -> Moments:
@@ -149,7 +163,9 @@ class Moments:
         kept = np.setdiff1d(np.arange(self.m), gone)
         shorter = Moments(self.rows, [t for t in self.terms if t not in terms], self.freed)
         shorter._twins = {t: self.twins(t) for t in shorter.terms}
-        shorter._grams = {f: (G[np.ix_(kept, kept)], b[kept]) for f, (G, b) in self._grams.items()}
+        own = np.ix_(kept, kept)
+        shorter._grams = {f: (G[own], b[kept]) for f, (G, b) in self._grams.items()}
+        shorter._squares = {i: square[own] for i, square in self._squares.items()}
         return shorter
 
     def twins(self, term: Term) -> Mapping[int, Array]:
@@ -166,7 +182,7 @@ class Moments:
         """With another inverse variance of base parameters."""
         freed = {**self.freed, **dict.fromkeys(places, prior)}
         looser = Moments(self.rows, self.terms, freed)
-        looser._grams, looser._twins = self._grams, self._twins
+        looser._grams, looser._twins, looser._squares = self._grams, self._twins, self._squares
         return looser
 
     def grams(self, fold: int) -> tuple[Array, Array]:

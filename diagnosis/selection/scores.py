@@ -178,7 +178,7 @@ def generic_score(
             S, r = own[0] - cross.T @ moved, right - cross.T @ fit.q
             for way in kind.ways:
                 values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
-                evidence += [log_evidence(values, turned, prior) for prior in priors]
+                evidence += [float(log_evidence(values, turned, prior)) for prior in priors]
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
                     gains = way @ vectors @ (turned / (values + prior))
@@ -193,30 +193,42 @@ def change_scores(
 ) -> list[Score]:
     """Parameters that may leave their tolerances, on left-out folds; not those whose values no
     machine can have. What gains nothing has no size."""
-    lefts, nb = [None, *moments.rows.folds], moments.rows.nb
-    grams = {left: moments.gram(left) for left in lefts}
-    moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
-    scores = list[Score]()
+    alike = dict[int, list[ChangedParameter]]()
     for change in changes:
-        places, ways = list(change.places), change.ways
-        looser = change.deviation(criteria) ** -2.0
-        total: dict[Left, float] = {}
-        step = np.zeros(moments.m)
-        for left, (G, b) in grams.items():
-            columns, taken = G[:, places], moved[left][:, places]
-            S = columns[places] - columns.T @ taken
-            r = b[places] - columns.T @ moments.fit(left).q
-            values, turned, vectors = turned_to(ways.T @ S @ ways, ways.T @ r)
-            total[left] = log_evidence(values, turned, looser)
+        alike.setdefault(change.ways.shape[1], []).append(change)
+    lefts, scores = [None, *moments.rows.folds], list[Score]()
+    alone = {left: _parameters_alone(moments, left) for left in lefts}
+    for listed in alike.values():
+        priors = np.array([change.deviation(criteria) ** -2.0 for change in listed])
+        total, gains = dict[Left, Array](), np.zeros(0)
+        for left, (S, r) in alone.items():
+            own = [(S[np.ix_(c.places, c.places)], r[list(c.places)], c.ways) for c in listed]
+            squares = np.array([W.T @ of @ W for of, _, W in own])
+            values, turned, vectors = turned_to(squares, np.array([W.T @ b for _, b, W in own]))
+            total[left] = log_evidence(values, turned, priors[:, None])
             if left is None:
-                own = vectors @ (turned / (values + looser))
-                step[places] += ways @ own
-                step -= taken @ ways @ own if change.beside else 0.0
-                possible = change.possible(own)
-        if not possible:
-            continue
-        without, size = np.array([total[fold] for fold in moments.rows.folds]), 0.0
-        if total[None] > 0:
-            size = float((moments.sizes(step) / moments.rows.torque_rms).max())
-        scores.append(Score(change, total[None], without, size))
+                gains = (vectors @ (turned / (values + priors[:, None]))[:, :, None])[:, :, 0]
+        for k, change in enumerate(listed):
+            if change.possible(gains[k]):
+                without = np.array([total[fold][k] for fold in moments.rows.folds])
+                whole = float(total[None][k])
+                size = _size_of_change(moments, change, gains[k]) if whole > 0 else 0.0
+                scores.append(Score(change, whole, without, size))
     return scores
+
+
+def _parameters_alone(moments: Moments, left: Left) -> tuple[Array, Array]:
+    """Products (nb, nb) of the base model's columns, and (nb,) of these with the torque, less what
+    the model takes up of both."""
+    (G, b), fit, nb = moments.gram(left), moments.fit(left), moments.rows.nb
+    half = fit.half(G[:, :nb])
+    return G[:nb, :nb] - half.T @ half, b[:nb] - G[:nb] @ fit.q
+
+
+def _size_of_change(moments: Moments, change: ChangedParameter, gains: Array) -> float:
+    """Relative RMS of what parameters add, on the axis that feels them most."""
+    step = np.zeros(moments.m)
+    step[list(change.places)] = change.ways @ gains
+    if change.beside:
+        step -= moments.fit(None).solve(moments.gram(None)[0] @ step)
+    return float((moments.sizes(step) / moments.rows.torque_rms).max())

@@ -138,7 +138,7 @@ class Search:
             alone = sum(score.gain for score, _ in own)
             if len(own) > 1 and alone > 0:
                 terms = [term for _, both in own for term in both]
-                whole = together(self.moments, self.moments.without(*terms), terms)
+                whole = together(self.moments, terms)
                 left *= max(whole / alone, 1.0)
             blur[axis] = left
         return replace(self.bars, blur=blur)
@@ -201,7 +201,7 @@ class Search:
         score, terms = self.accepted[place].score, self.terms[place]
         if not terms:
             return True
-        gain = together(self.moments, self.moments.without(*terms), terms)
+        gain = together(self.moments, terms)
         return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
 
     def nameless(self, axis: int) -> tuple[Score, Score | None]:
@@ -215,7 +215,7 @@ class Search:
         terms = [term for _, both in own for term in both]
         rest = self.moments.without(*terms)
         other = generic_score(rest, listed)
-        gain = together(self.moments, rest, terms) + max(beside.gain, 0.0)
+        gain = together(self.moments, terms) + max(beside.gain, 0.0)
         gain -= sum(log(score.hypothesis.choices) for score, _ in own)
         error = max(form_error(score, self.criteria) for score, _ in own)
         return beside, None if as_good(gain, other.gain, error, self.criteria) else other
