@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
@@ -15,6 +17,8 @@ from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.form import mean_error
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+
+Array = NDArray[np.float64]
 
 
 def firm(
@@ -27,15 +31,42 @@ def firm(
     least certain one first; and that fit.
 
     A search takes effects one after the other, in a model that is still wrong elsewhere. Errors of
-    the last fit are those of its own residual, whatever that is made of.
+    the last fit are those of its own residual, whatever that is made of. Gains that cannot be
+    negative are not negative there either: they are held at zero, the clearest one first, and an
+    effect that has no other gain goes.
     """
     kept = list(accepted)
     while True:
         fit = joint(bench, grouped(bench, kept), freed)
         order = [each for same in _by_effect(kept).values() for each in same]
-        if min(fit.sure, default=np.inf) >= criteria.deviations:
+        below = [
+            _below(each, *own) for each, *own in zip(order, fit.beta, fit.deviation, strict=True)
+        ]
+        if max((size for size, _ in below), default=0.0) > 0:
+            worst = max(range(len(order)), key=lambda k: below[k][0])
+            kept = _held(kept, order[worst], below[worst][1])
+        elif min(fit.sure, default=np.inf) < criteria.deviations:
+            kept.remove(order[int(np.argmin(fit.sure))])
+        else:
             return kept, fit
-        kept.remove(order[int(np.argmin(fit.sure))])
+
+
+def _below(accepted: Accepted, gains: Array, deviation: Array) -> tuple[float, int]:
+    """How far the gain (k,) that is most surely negative lies below zero, in deviations, of those
+    that cannot be; and its place."""
+    free = (_effect(accepted).low == 0) & (deviation > 0) & np.isfinite(deviation)
+    sure = np.divide(-gains, deviation, where=free, out=np.zeros(len(gains)))
+    place = int(np.argmax(sure))
+    return float(sure[place]), place
+
+
+def _held(kept: Sequence[Accepted], one: Accepted, place: int) -> list[Accepted]:
+    """The same with a gain of one of them held at zero; without it if it has no other gain."""
+    still = tuple(sorted({*one.score.still, place}))
+    if len(still) == _effect(one).width:
+        return [each for each in kept if each is not one]
+    fewer = replace(one, score=replace(one.score, still=still))
+    return [fewer if each is one else each for each in kept]
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:

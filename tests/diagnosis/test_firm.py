@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.selection.choose import Accepted, effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.firm import firm
+from flexhex.diagnosis.selection.firm import firm, grouped
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import RMS, chosen, names
 
 
@@ -39,3 +41,16 @@ def test_gains_count_together(tmp_path: Path) -> None:
     single = np.abs(gains) / spread
     assert single.min() < USUAL.deviations < single.max()
     assert fit.sure[0] == pytest.approx(np.hypot(*single), rel=0.5)
+
+
+def test_gain_that_cannot_be_negative_is_not_negative_beside_the_others(tmp_path: Path) -> None:
+    """A torque that helps the motion: friction with a negative gain would explain all of it."""
+    selection = chosen(tmp_path, lambda q, v, a: -0.05 * RMS * np.tanh(v / 0.001))
+    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
+    friction = hypotheses.effect("coulomb_friction", 0)
+    score = Score(friction, 100.0, np.zeros(len(hypotheses.rows.folds)), 0.05)
+    alone = joint(selection.bench, grouped(selection.bench, [Accepted(score, (), 1)]))
+    assert alone.beta[0][0] == pytest.approx(-0.05 * RMS, rel=0.2)
+    kept, fit = firm(selection.bench, [Accepted(score, (), 1)], USUAL)
+    assert not kept
+    assert not fit.parts
