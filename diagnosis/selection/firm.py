@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -16,7 +16,8 @@ from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.form import mean_error
-from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
+from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
 
@@ -26,15 +27,18 @@ def firm(
     accepted: Sequence[Accepted],
     criteria: Criteria,
     freed: Mapping[int, float] = MappingProxyType({}),
+    listed: Iterable[Score] = (),
 ) -> tuple[list[Accepted], Joint]:
     """Accepted effects without those whose gains do not stand above zero in the fit of all, the
     least certain one first; and that fit.
 
     A search takes effects one after the other, in a model that is still wrong elsewhere. Errors of
     the last fit are those of its own residual, whatever that is made of. Gains that cannot be
-    negative are not negative there either: they are held at zero, the clearest one first, and an
-    effect that has no other gain goes.
+    negative are not negative there either: they are held at zero, the clearest one first. An effect
+    with one gain alone is the simpler one that it extends, if that is among those `listed`; one
+    without any gain goes.
     """
+    simpler = {(s.hypothesis.id, s.hypothesis.axis): s for s in listed}
     kept = list(accepted)
     while True:
         fit = joint(bench, grouped(bench, kept), freed)
@@ -44,7 +48,7 @@ def firm(
         ]
         if max((size for size, _ in below), default=0.0) > 0:
             worst = max(range(len(order)), key=lambda k: below[k][0])
-            kept = _held(kept, order[worst], below[worst][1])
+            kept = _held(kept, order[worst], below[worst][1], simpler)
         elif min(fit.sure, default=np.inf) < criteria.deviations:
             kept.remove(order[int(np.argmin(fit.sure))])
         else:
@@ -60,13 +64,17 @@ def _below(accepted: Accepted, gains: Array, deviation: Array) -> tuple[float, i
     return float(sure[place]), place
 
 
-def _held(kept: Sequence[Accepted], one: Accepted, place: int) -> list[Accepted]:
-    """The same with a gain of one of them held at zero; without it if it has no other gain."""
-    still = tuple(sorted({*one.score.still, place}))
-    if len(still) == _effect(one).width:
-        return [each for each in kept if each is not one]
-    fewer = replace(one, score=replace(one.score, still=still))
-    return [fewer if each is one else each for each in kept]
+def _held(
+    kept: Sequence[Accepted], one: Accepted, place: int, simpler: Mapping[tuple[str, Axis], Score]
+) -> list[Accepted]:
+    """The same with a gain of one of them held at zero."""
+    effect, still = _effect(one), {*one.score.still, place}
+    part = simpler.get((effect.extends, effect.axis))
+    fewer = replace(one, score=replace(one.score, still=tuple(sorted(still))))
+    if part is not None and still == {*range(1, effect.width)}:
+        fewer = replace(one, score=part, fuller=())
+    left = [fewer if each is one else each for each in kept]
+    return [each for each in left if len(each.score.still) < _effect(each).width]
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:

@@ -108,11 +108,12 @@ def selected(
         if isinstance(a.score.hypothesis, ChangedParameter) and (kept or minor)
     ]
     freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
-    kept, fit = firm(bench, kept, criteria, freed)
+    listed = [score for scores in selection.rounds for score in scores]
+    kept, fit = firm(bench, kept, criteria, freed, listed)
     poor = poor_axes(model, fit.residual)
     if poor:
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
-        kept, fit = firm(bench, kept, criteria, freed)
+        kept, fit = firm(bench, kept, criteria, freed, listed)
         notes.append(sentence(poor))
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:

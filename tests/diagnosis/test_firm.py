@@ -54,3 +54,22 @@ def test_gain_that_cannot_be_negative_is_not_negative_beside_the_others(tmp_path
     kept, fit = firm(selection.bench, [Accepted(score, (), 1)], USUAL)
     assert not kept
     assert not fit.parts
+
+
+def test_friction_without_more_of_it_at_rest_has_the_simpler_name(tmp_path: Path) -> None:
+    """Less torque when slow: breakaway torque beyond the friction would be negative."""
+    selection = chosen(
+        tmp_path, lambda q, v, a: 0.1 * RMS * np.tanh(v / 0.001) * (1 - 0.3 * np.exp(-np.abs(v)))
+    )
+    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
+    folds = len(hypotheses.rows.folds)
+    scores = [
+        Score(hypotheses.effect(name, 0), 100.0, np.zeros(folds), 0.05)
+        for name in ("stribeck_friction", "coulomb_friction")
+    ]
+    stribeck = Accepted(scores[0], (), 1)
+    alone = joint(selection.bench, grouped(selection.bench, [stribeck]))
+    assert alone.beta[0][1] < 0 < alone.beta[0][0]
+    (kept,), fit = firm(selection.bench, [stribeck], USUAL, listed=scores)
+    assert kept.score is scores[1]
+    assert [part.id for part in fit.parts] == ["coulomb_friction"]
