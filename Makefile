@@ -7,6 +7,10 @@ DEV    := $(VENV)/.ready-dev
 SITE   := $(VENV)/.ready-docs
 PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
+# tests start many processes: what one of them compiled of a module the others load, though an image
+# of a computer may ask for no such files
+unexport PYTHONDONTWRITEBYTECODE
+
 # all tests of a file in one process, so that what they share is made once; files in their order,
 # which ends with short ones
 SIDE_BY_SIDE := -n 2 --dist loadfile --no-loadscope-reorder

@@ -85,6 +85,7 @@ class Sampling:
     def __init__(self, config: pytest.Config, listed: Sequence[Group] = ()) -> None:
         self.left_out = 0
         self.listed = listed
+        self.known: dict[str, Group | None] = {}
         self.by_name = any("::" in word for word in config.args)
         # the worker processes of xdist inherit both
         os.environ.setdefault(SEED, datetime.date.today().isoformat())
@@ -106,8 +107,11 @@ class Sampling:
         config.hook.pytest_deselected(items=left_out)
 
     def _group(self, item: pytest.Item) -> Group | None:
-        """The first of the list that names a test."""
-        return next((group for group in self.listed if group.holds(item.nodeid)), None)
+        """The first of the list that names a test; the cases of a test are looked up once."""
+        name = item.nodeid.partition("[")[0]
+        if name not in self.known:
+            self.known[name] = next((group for group in self.listed if group.holds(name)), None)
+        return self.known[name]
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Hand the count of a worker process to the one that reports."""

@@ -20,6 +20,7 @@ from flexhex.fmus.common.interface import Interface, Variable
 from tests.adapter import toys
 from tests.adapter.slave import ERROR, Binary, Slave
 from tests.adapter.toys import VR
+from tests.conftest import OBJECTS
 
 
 def changed(interface: Interface, name: str, **changes: object) -> Interface:
@@ -53,7 +54,7 @@ def test_validator_would_notice(toy_fmu: Path, tmp_path: Path) -> None:
 def test_archive_is_the_same_from_two_folders(toy_fmu: Path, tmp_path: Path) -> None:
     again = toys.build(tmp_path / "some" / "where")
     assert again.read_bytes() == toy_fmu.read_bytes()
-    other = toys.build(tmp_path / "other", offset=0.25)
+    other = toys.build(tmp_path / "other", OBJECTS, offset=0.25)
     assert other.read_bytes() != toy_fmu.read_bytes()
 
 
@@ -97,9 +98,8 @@ def test_other_start_values_compile_one_table(tmp_path: Path) -> None:
 def test_numbers_read_back_exactly(tmp_path: Path) -> None:
     odd = (0.1 + 0.2, 5e-324, -1.7976931348623157e308)
     interface = changed(toys.interface(), "begin", start=odd)
-    binary = Binary(
-        build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path), tmp_path / "unpacked"
-    )
+    path = build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path, cache=OBJECTS)
+    binary = Binary(path, tmp_path / "unpacked")
     slave = Slave(binary)
     slave.call("fmi2EnterInitializationMode")
     names = [f"begin[{k}]" for k in (1, 2, 3)]
@@ -116,7 +116,7 @@ def test_elements_carry_their_own_units_and_names(tmp_path: Path) -> None:
         units=("rad", "N m", "kg m2"),
         elements=("tilt", "[2]", "body.J[1]"),
     )
-    path = build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path)
+    path = build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path, cache=OBJECTS)
     assert validate_fmu(str(path)) == []
     with zipfile.ZipFile(path) as archive:
         xml = etree.fromstring(archive.read("modelDescription.xml"))
@@ -179,7 +179,7 @@ def test_failing_compiler_is_quoted(tmp_path: Path) -> None:
     step = folder / "step.c"
     step.write_text('#include "toy.h"\nint broken(void) { return undeclared; }\n')
     with pytest.raises(BuildError, match="undeclared") as error:
-        build_fmu(toys.interface(), toys.functions(), step, tmp_path / "out")
+        build_fmu(toys.interface(), toys.functions(), step, tmp_path / "out", cache=OBJECTS)
     assert len(str(error.value).splitlines()) <= 13
     assert not list((tmp_path / "out").glob("*.fmu"))
 
@@ -197,7 +197,8 @@ def test_block_that_does_not_fit_its_table_is_refused(tmp_path: Path) -> None:
         " wrong_outputs *y) { (void)u, tick(p, NULL, s, y); }\nFLEXHEX_BLOCK(wrong,",
     ).replace("start, tick)", "start, bad)")
     (folder / "step.c").write_text(text)
-    path = build_fmu(toys.interface(), toys.functions(), folder / "step.c", tmp_path / "out")
+    made = (toys.interface(), toys.functions(), folder / "step.c", tmp_path / "out")
+    path = build_fmu(*made, cache=OBJECTS)
     slave = Slave(Binary(path, tmp_path / "unpacked"))
     assert not slave.c
     assert "the table of variables does not fit step.c" in slave.said
@@ -216,7 +217,7 @@ def test_blocks_without_inputs_or_equations_build(tmp_path: Path) -> None:
     )
     one = (Variable("one", "output", "1", "counts"),)
     interface = Interface("still", "no input, no equation", toys.BASE, one)
-    path = build_fmu(interface, [], folder / "step.c", tmp_path / "out")
+    path = build_fmu(interface, [], folder / "step.c", tmp_path / "out", cache=OBJECTS)
     assert validate_fmu(str(path)) == []
     slave = Slave(Binary(path, tmp_path / "unpacked")).initialise()
     slave.advance(5)

@@ -13,6 +13,7 @@ from flexhex.fmugen.compile import compiler
 from tests.adapter import toys
 from tests.adapter.slave import Binary, Slave
 from tests.adapter.toys import BASE, VR
+from tests.conftest import OBJECTS
 
 HARNESS = Path(__file__).parent / "harness.c"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror")
@@ -22,7 +23,7 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 def pair(toy: Binary, tmp_path_factory: pytest.TempPathFactory) -> tuple[Binary, Binary]:
     """toy and toy_two, unpacked."""
     folder = tmp_path_factory.mktemp("two")
-    return toy, Binary(toys.build(folder, name="toy_two", period=3), folder / "unpacked")
+    return toy, Binary(toys.build(folder, OBJECTS, name="toy_two", period=3), folder / "unpacked")
 
 
 def run(command: Sequence[str], folder: Path) -> str:

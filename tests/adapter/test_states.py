@@ -10,6 +10,7 @@ import pytest
 from tests.adapter import toys
 from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.adapter.toys import NAMES, VR
+from tests.conftest import OBJECTS
 
 ALL = list(range(len(NAMES)))
 HEAD = 40
@@ -102,7 +103,7 @@ def test_foreign_bytes_are_refused(running: Slave, tmp_path: Path) -> None:
     data[8] = 2
     assert running.deserialise(bytes(data))[0] == ERROR
     assert "in another version" in running.said
-    other = Slave(Binary(toys.build(tmp_path, offset=0.75), tmp_path / "other"))
+    other = Slave(Binary(toys.build(tmp_path, OBJECTS, offset=0.75), tmp_path / "other"))
     assert other.deserialise(running.serialised())[0] == ERROR
     assert "of another FMU, or of another build" in other.said
     state = running.state()

@@ -34,7 +34,7 @@ def test_packed_anew_it_is_not_blamed(toy: Path, tmp_path: Path) -> None:
     assert check_fmu(write(tmp_path / "toy.fmu", members(toy))) == []
 
 
-@pytest.mark.sample(25)
+@pytest.mark.sample(15)
 @pytest.mark.parametrize("kind", mutants.FMU)
 def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> None:
     change, wanted = mutants.FMU[kind]

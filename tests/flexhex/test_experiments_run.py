@@ -35,6 +35,7 @@ def results(builder: Builder, nominal_fit: Fit) -> dict[str, Any]:
     )
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_fragment_has_a_place_for_each_plot(name: str, results: dict[str, Any]) -> None:
     html, figures = str(render(name, results[name])), EXPERIMENTS[name].figures(results[name])

@@ -16,6 +16,7 @@ from flexhex.ssp.read import period, read_ssp
 from flexhex.ssp.system import System
 from flexhex.ssp.write import write_ssp
 from flexhex.ssp.xml import NAMESPACES
+from tests.conftest import OBJECTS
 from tests.ssp import toys
 from tests.ssp.archives import edited, members
 from tests.ssp.test_system import blocks
@@ -32,7 +33,7 @@ def toy_hexapod(work: Path) -> tuple[System, Path]:
         step = folder / "blocks" / interface.name / "step.c"
         step.parent.mkdir(parents=True, exist_ok=True)
         step.write_text(toys.NOTHING_C.replace("NAME", interface.name))
-        build_fmu(interface, [], step, folder)
+        build_fmu(interface, [], step, folder, cache=OBJECTS)
     return small, write_ssp(small, folder, folder / "hexapod.ssp")
 
 
