@@ -118,12 +118,16 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         *run_set.names,
         strips=strips(main),
         remains=settled.rests,
-        confidence=_confidence(model, verdict),
+        confidence=_confidence(settled, verdict),
     )
 
 
-def _confidence(model: Calibrated, verdict: str) -> Confidence | None:
-    """Of runs that repeat, on trajectories of which one can predict another."""
+def _confidence(side: Side, verdict: str) -> Confidence | None:
+    """Of runs that repeat, on trajectories of which one can predict another, by a model that
+    explains most of the torque: others are not in the study."""
+    model = side.fit.bench.model
+    if poor_axes(model, side.fit.residual):
+        return None
     trajectories = {block.run.trajectory for block in model.blocks}
     return confidence_of(verdict) if model.noise.repeats and len(trajectories) > 1 else None
 

@@ -16,7 +16,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.design import beside_of
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
-from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
+from flexhex.diagnosis.runs.noise import Noise, measured, pairs, unweighted
 
 Array = NDArray[np.float64]
 STEPS = 2
@@ -52,12 +52,15 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     plain = first.residual(first.regression.q)
     noise = measured(blocks, plain)
     first.forget()
-    rubbed = _weighted(first, noise, given)
-    left = rubbed.residual(rubbed.regression.q)
-    misled = axis_rms(blocks, left) > MISLED * axis_rms(blocks, plain)
-    if misled.any():
+    misled, most = np.zeros(base.n, dtype=bool), MISLED * axis_rms(blocks, plain)
+    while True:
         rubbed = _weighted(first, unweighted(noise, misled), given)
         left = rubbed.residual(rubbed.regression.q)
+        # axes are coupled: another weight of one may mislead the next
+        more = ~misled & (axis_rms(blocks, left) > most)
+        if not more.any():
+            break
+        misled |= more
     noise = unweighted(measured(blocks, left), misled)
     return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
 
@@ -74,29 +77,30 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
 
 
 def with_friction(model: Calibrated) -> Calibrated:
-    """The same with dry and viscous friction of each axis beside the base model."""
-    n = model.base.n
+    """The same with dry and viscous friction of each axis beside the base model, and a constant
+    torque where runs repeat: else all that is left counts as noise, of which what friction leaves
+    is the most, and weights by that noise are worse for it (docs/method.md)."""
+    n, columns = model.base.n, friction(model.blocks)
+    kinds = ["dry", "viscous", "constant"] if any(pairs(model.blocks)) else ["dry", "viscous"]
     more = [
-        Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i)
-        for kind in ("dry", "viscous")
-        for i in range(n)
+        Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i) for kind in kinds for i in range(n)
     ]
-    torque = np.maximum(np.tile(model.torque_rms, 2), np.finfo(float).tiny)
-    columns = friction(model.blocks)
-    B = [beside_of(b, c * torque) for b, c in zip(model.B, columns, strict=True)]
-    scale = np.concatenate([model.scale, np.ones(2 * n)])
+    torque = np.maximum(np.tile(model.torque_rms, len(kinds)), np.finfo(float).tiny)
+    listed = zip(model.B, columns, strict=True)
+    B = [beside_of(b, c[:, :, : len(torque)] * torque) for b, c in listed]
+    scale = np.concatenate([model.scale, np.ones(len(more))])
     return replace(model, known=(*model.known, *more), scale=scale, B=tuple(B))
 
 
 def friction(blocks: Sequence[Block]) -> list[Array]:
-    """Dry and viscous friction (m, n, 2 n) of each axis in columns of its own, of about one, of
-    each block."""
+    """Dry friction, viscous friction and a constant torque (m, n, 3 n) of each axis in columns of
+    its own, of about one, of each block."""
     rates = np.concatenate([block.run.motion.thetad for block in blocks])
     rms = np.maximum(np.sqrt((rates**2).mean(axis=0)), np.finfo(float).tiny)
     columns = []
     for block in blocks:
         rate = block.run.motion.thetad / rms
-        kinds = [block.smooth(v) for v in (np.tanh(rate / SHARP), rate)]
+        kinds = [block.smooth(v) for v in (np.tanh(rate / SHARP), rate, np.ones_like(rate))]
         own = [v[:, :, None] * np.eye(v.shape[1]) for v in kinds]
         columns.append(np.concatenate(own, axis=2))
     return columns

@@ -8,8 +8,8 @@ from scipy.interpolate import Akima1DInterpolator
 from flexhex.diagnosis.logs.log import Array, Channel, Mask
 
 FEWEST = 3
-WIDEST = 1.5
-"""A step of more periods than this is a gap."""
+WIDEST = 2.5
+"""A step of more periods than this is a gap: one sample may be late or missing."""
 PIECE, REACH = 100_000, 8
 """Samples that are interpolated at once, and beyond them, for what their neighbours say."""
 

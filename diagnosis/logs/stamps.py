@@ -1,8 +1,9 @@
 """Whether the times of a log that jitter are those of its samples.
 
 Two loggers make uneven times: one samples evenly and stamps what it got late, another samples
-when it can and stamps that right. A motion is smooth, so its values tell: at their own times or
-at even ones, wherever they change less abruptly.
+when it can and stamps that right. Stamps that are late come back to the even times. Else a motion
+is smooth, so its values tell: at their own times or at even ones, wherever they change less
+abruptly.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ SMOOTHER = 2.0
 """Values are so many times smoother at their own times where these are the samples'."""
 CERTAIN = 1000.0
 """More than that is not told: of a straight line nothing is left at its own times."""
+AWAY = 2.0
+"""RMS distance from even times, in periods, beyond which no sample was taken at those."""
 SAMPLE = 50_000
 """Samples of a channel that are asked."""
 CLOSE = 0.5
@@ -26,14 +29,14 @@ CLOSE = 0.5
 
 
 def stamped(where: str, clock: Clock, time: Array, values: Mapping[str, Array]) -> Clock:
-    """The clock of a table, with its own times where the values (rows, width) say that they are
-    the samples'; a clock with breaks stays even."""
+    """The clock of a table, with its own times where these leave any even ones or the values
+    (rows, width) say that they are the samples'; a clock with breaks stays even."""
     if clock.jitter <= QUIET_JITTER or clock.breaks:
         return clock
     t = time[clock.keep]
     place = np.arange(len(t)) if clock.place is None else clock.place
     even: Array = clock.t0 + clock.ts * np.asarray(place, dtype=np.float64)
-    part = slice(0, SAMPLE)
+    part, away = slice(0, SAMPLE), float(np.std(t - even)) / clock.ts
     better = max(
         (
             _rougher(even[part], column, t[part])
@@ -43,13 +46,17 @@ def stamped(where: str, clock: Clock, time: Array, values: Mapping[str, Array]) 
         ),
         default=1.0,
     )
-    if better < SMOOTHER:
+    if away < AWAY and better < SMOOTHER:
         return clock
+    why = f"would make the motion {better:.2g} times rougher"
+    why = f"would be {away:.2g} periods off" if away > AWAY else why
     text = (
         f"time jitters by {clock.jitter * clock.ts:.2g} s RMS around {clock.ts:.6g} s, and is right"
-        f" (even times would make the motion {better:.2g} times rougher): values taken in between"
+        f" (even times {why}): values taken in between"
     )
-    others = tuple(f for f in clock.findings if f.kind != "jitter")
+    # an even clock needs more samples than there are to follow these times: none is missing
+    wrong = {"jitter", "gap"} if away > AWAY else {"jitter"}
+    others = tuple(f for f in clock.findings if f.kind not in wrong)
     size = int((t[-1] - t[0]) / clock.ts + 1e-6) + 1
     findings = (*others, Finding("jitter", where, text, True))
     return replace(clock, t0=float(t[0]), place=None, size=size, stamps=t, findings=findings)

@@ -25,20 +25,19 @@ def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
     """Parameters (places in `known`) that changed, of each body or alone.
 
     Of a body those are given whose interval does not hold the value of the machine file; one at
-    least.
+    least. What no machine has at or below zero is not given there.
     """
     model, changed = fit.bench.model, dict[int, Changed]()
-    owners = dict[str, list[int]]()
-    for place, known in enumerate(model.known):
-        if known.file is not None:
-            owners.setdefault(known.name.rpartition(".")[0] or known.name, []).append(place)
-    bodies = [*bodies, *owners.values()]
+    bodies = _with_heavier(fit, bodies)
     if not bodies:
         return []
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) * model.scale
     moved = np.array([known.nominal - known.written for known in model.known])
     move = model.scale * fit.q + moved
     off = np.abs(move) / np.maximum(NORMAL * deviation, np.finfo(float).tiny)
+    for place, known in enumerate(model.known):
+        if known.positive and known.written + move[place] <= 0:
+            off[place] = 0.0
     for places in bodies:
         clear = {place for place in places if off[place] > 1.0}
         most = max(places, key=lambda place: float(off[place]))
@@ -51,11 +50,26 @@ def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
 
 
 def impossible(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:
-    """Parameters (places in `known`) that left their tolerances for values that no machine has."""
-    model = fit.bench.model
-    places = sorted({place for body in bodies for place in body})
-    values = {p: model.known[p].nominal + model.scale[p] * fit.q[p] for p in places}
-    return [model.known[p].name for p in places if model.known[p].positive and values[p] <= 0]
+    """Parameters (places in `known`) that left their tolerances for values that no machine has:
+    masses, and all else of which the whole interval is such."""
+    model, names = fit.bench.model, list[str]()
+    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    for place in sorted({place for body in _with_heavier(fit, bodies) for place in body}):
+        known, spread = model.known[place], NORMAL * deviation[place]
+        most = fit.q[place] + (0.0 if known.unit == "kg" else spread)
+        if known.positive and known.nominal + model.scale[place] * most <= 0:
+            names.append(known.name)
+    return names
+
+
+def _with_heavier(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Sequence[int]]:
+    """Places of parameters that left their tolerances, and those of bodies that have another mass
+    in the base model already."""
+    owners = dict[str, list[int]]()
+    for place, known in enumerate(fit.bench.model.known):
+        if known.file is not None:
+            owners.setdefault(known.name.rpartition(".")[0] or known.name, []).append(place)
+    return [*bodies, *owners.values()]
 
 
 def payload_changes(fit: Joint) -> list[Changed]:

@@ -34,7 +34,9 @@ class Estimate:
 class Rest:
     """What repeats on an axis (from 1) beside all that is named: its RMS in `unit`, and as a share
     of the axis' torque; what it goes with, where that is known. form: no more than effects that are
-    named there leave, as their form is not exact."""
+    named there leave, as their form is not exact. fitted: effects that explain a part of it, and
+    leave too much of it to be named; fitted_share: of its squares, which they explain. repeats:
+    seen between passes; else it is only what is left."""
 
     axis: int
     rms: float
@@ -42,6 +44,9 @@ class Rest:
     share: float
     what: str = ""
     form: bool = False
+    fitted: tuple[str, ...] = ()
+    fitted_share: float = 0.0
+    repeats: bool = True
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -49,10 +54,17 @@ class Rest:
 
     def sentence(self) -> str:
         """For the notes."""
-        text = f"{self.rms:.2g} {self.unit} on axis {self.axis} repeats"
+        there = "repeats" if self.repeats else "is left"
+        text = f"{self.rms:.2g} {self.unit} on axis {self.axis} {there}"
         if self.form:
             return f"{text} beside what was found: its form is not exact"
         goes = f": it goes with {self.what}" if self.what else ""
+        if self.fitted:
+            names = ", ".join(self.fitted)
+            return (
+                f"{text}{goes}; {names} would explain {100 * self.fitted_share:.0f} % of its"
+                " squares, too little to be named"
+            )
         return f"{text} and is explained by no effect of the library{goes}"
 
 

@@ -168,7 +168,8 @@ def together(moments: Moments, terms: Sequence[Term]) -> float:
     for left in [None, *moments.rows.folds]:
         fit = moments.fit(left)
         # errors of a form are small beside the effect itself
-        values, vectors = np.linalg.eigh(fit.covariance(own) / np.outer(size, size))
+        covariance: Array = fit.covariance(own) / np.outer(size, size)
+        values, vectors = np.linalg.eigh(covariance)
         turned = vectors.T @ (fit.q[own] / size)
         total[left] = float((turned**2 / values + np.log(values)).sum()) / 2
     return sum(total[None] - total[fold] for fold in moments.rows.folds)

@@ -50,7 +50,7 @@ class Solved:
         scaled = right / self.size[:, None]
         return np.asarray(solve_triangular(self.factor, scaled, trans=1, check_finite=False))
 
-    def covariance(self, places: Sequence[int]) -> Array:
+    def covariance(self, places: NDArray[np.int64]) -> Array:
         """(G + prior)^-1 of some coefficients (k, k)."""
         half = self.half(np.eye(len(self.q))[:, places])
         return np.asarray(half.T @ half)

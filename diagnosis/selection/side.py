@@ -97,7 +97,10 @@ def selected(
         # what has no name here has no part in what is explained
         share = left.size if form else left.whole
         size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
-        rests.append(Rest(axis + 1, size, unit, share, left.what, form))
+        fitted = () if form else tuple(dict.fromkeys(a.score.hypothesis.id for a in own))
+        explains = 1 - (left.size / left.whole) ** 2 if fitted and left.whole > 0 else 0.0
+        repeats = model.noise.repeats
+        rests.append(Rest(axis + 1, size, unit, share, left.what, form, fitted, explains, repeats))
     notes += [rest.sentence() for rest in rests]
     # where nothing has a name, parameters only imitate what is left, if it is not small beside them
     left_over = sum(left.gain for left in remains.values())

@@ -182,7 +182,14 @@ def _rests(rests: Sequence[Rest]) -> str:
         force = "torque" if rest.unit == "N m" else "force"
         share = f"{number(100 * rest.share, 2)} % of its {force}"
         goes = f", which goes with {rest.what}" if rest.what else ""
-        texts.append(f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}")
+        text = f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}"
+        if rest.fitted:
+            part, names = (
+                number(100 * rest.fitted_share, 2),
+                listed([phrase(f) for f in rest.fitted]),
+            )
+            text += f" (of whose squares {names} would explain {part} %)"
+        texts.append(text)
     more = [f"less on {where(sorted(r.axis for r in first[SEVERAL:]))}"] if first[SEVERAL:] else []
     return listed([*texts, *more])
 

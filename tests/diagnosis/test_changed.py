@@ -142,6 +142,22 @@ def test_mass_below_zero_is_impossible(unit: str, off: float, odd: list[str]) ->
     assert impossible(fit, [(0,)]) == odd
 
 
+@pytest.mark.parametrize(("below", "odd"), [(0.5, []), (5.0, ["link.J_xx"])])
+def test_moment_that_may_be_above_zero_is_neither_odd_nor_given(
+    below: float, odd: list[str]
+) -> None:
+    """Of a body with another mass: its value is so many deviations below zero."""
+    fit = fit_of(np.array([30.0, -10.0, 0.0]), 3)
+    model: Any = fit.bench.model
+    value, deviation = 0.1 * fit.q[1], 0.1 * float(np.sqrt(fit.covariance[1, 1]))
+    nominal = -value - below * deviation
+    moment = Known("link.J_xx", "kg m2", nominal, 0.1, "link", file=2 * nominal)
+    model.known = [replace(model.known[0], name="link.m", file=2.5), moment, model.known[2]]
+    assert moment.positive
+    assert impossible(fit, []) == odd
+    assert [change.parameter for change in changed_of(fit, [])] == ["link.m"]
+
+
 @pytest.mark.parametrize(("elsewhere", "accepted"), [((), False), ((1,), True)])
 def test_same_effect_on_another_axis_needs_no_second_trajectory(
     elsewhere: tuple[int, ...], accepted: bool

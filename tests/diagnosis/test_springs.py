@@ -8,7 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.jointfit.fit import calibrate, first_guess, with_friction
+from flexhex.diagnosis.prepare import run_set_of
 from flexhex.diagnosis.result.verdict import Estimate
+from flexhex.diagnosis.runs.blocks import blocks, spacing_for
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from tests.diagnosis import two_links
@@ -61,3 +65,24 @@ def test_nothing_is_a_spring_where_there_is_none(planar: str, tmp_path: Path) ->
 def test_spring_says_where_it_is_at_rest() -> None:
     values, units = {"o": -1.08, "k_1": 1.2}, {"o": "N m", "k_1": "N m/rad"}
     assert library()["linear_stiffness"].meaning(values, units) == "no torque at 0.9 rad"
+
+
+def test_constant_torque_beside_friction_bends_no_delay(planar: str, tmp_path: Path) -> None:
+    """A constant torque as large as all others, and dry friction on the other joint: what neither
+    the arm nor friction explains must not become a delay of the torques, or other masses."""
+    paths = []
+    for motion, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        run = two_links.run(motion, number, 0.0, (0.0, 0.0))
+        rate = two_links.moved(run["time"], motion)[1]
+        run["tau_meas"] += [0.0, 6.0] + np.tanh(rate / 1e-3) * [2.0, 0.0]
+        head = {"trajectory": str(motion), "pass": str(number)}
+        paths.append(plain_csv(tmp_path / f"{motion}{number}.csv", run, **head))
+    base, run_set, _ = run_set_of(paths, [], None, Options(base=planar))
+    blocks_of = blocks(base, run_set.runs, spacing_for(base, run_set.runs))
+    rough = first_guess(base, blocks_of)
+    assert rough[1] == 0.0
+    model = calibrate(base, blocks_of)
+    assert abs(model.fitted.delay) < 5e-4
+    left = with_friction(model)
+    remains = axis_rms(left.blocks, left.residual(left.regression.q))
+    assert (remains < 0.2).all()

@@ -27,7 +27,7 @@ def states(starts: list[float], across: bool) -> list[list[float]]:
     def along(state: Array, inputs: Array, fixed: Array) -> Array:
         return state + np.arange(1.0, len(inputs) + 1)[:, None]
 
-    effect = SimpleNamespace(start=lambda theta, shape: [10.0])
+    effect = SimpleNamespace(start=lambda theta, shape: [10.0], entered=False, geared=False)
     item: Any = SimpleNamespace(along=along, effect=effect, by_way=False, alone=True)
     return [z[:, 0].tolist() for z in bench._states(item, {}, 0, np.zeros(1))]
 

@@ -105,3 +105,30 @@ def test_log_with_a_long_gap_stays_even(tmp_path: Path) -> None:
     log = read_log(plain_csv(tmp_path / "a.csv", cut))
     assert "taken as even" in finding(log, "jitter").text
     assert "cut there" in finding(log, "break").text
+
+
+def test_times_that_leave_every_even_clock_are_the_samples(tmp_path: Path) -> None:
+    """A loop that takes 5 % longer for a while: by then no even clock is near its stamps. The noise
+    of the angles hides how smooth the motion is."""
+    rng = np.random.default_rng(6)
+    steps = 1e-3 * (1 + 0.05 * np.sin(np.arange(8000) / 800) + 0.2 * (rng.random(8000) - 0.5))
+    steps[rng.choice(8000, 40, replace=False)] *= 1.6
+    t = np.concatenate([[0.0], np.cumsum(steps)])
+    values = run(t, t)
+    values["theta"] = values["theta"] + 2e-4 * rng.standard_normal(values["theta"].shape)
+    log = read_log(plain_csv(tmp_path / "a.csv", values))
+    assert "periods off): values taken in between" in finding(log, "jitter").text
+    assert not [f for f in log.findings if f.kind == "gap"]
+    theta = log["theta"]
+    off = (theta.values - angle(theta.time))[theta.valid]
+    assert np.abs(off).max() < 2e-3
+
+
+def test_late_stamps_and_a_lost_sample_are_near_even_times(tmp_path: Path) -> None:
+    even = np.delete(np.arange(4000), 1500) / RATE
+    late = even + 4e-3 * np.random.default_rng(7).random(len(even))
+    values = run(late, even)
+    values["theta"] = values["theta"] + 2e-3 * np.random.default_rng(8).standard_normal((3999, 2))
+    log = read_log(plain_csv(tmp_path / "a.csv", values))
+    assert "taken as even" in finding(log, "jitter").text
+    assert "1 samples were dropped" in finding(log, "gap").text
