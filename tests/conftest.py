@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import fcntl
-import functools
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-import typer.main
-import typer.testing
 
 from flexhex.fmugen import cache as store
 from flexhex.fmus.common.machine.machine import Machine
@@ -29,10 +26,6 @@ OBJECTS = store.objects(OUT / "cache")
 """Object files of whatever C a test compiles as the product does: by content, each of them once."""
 for folder in (OUT, OBJECTS):
     folder.mkdir(parents=True, exist_ok=True)
-# Typer makes the command of its functions at every call, which takes longer than most calls of a
-# test; a process of a user makes it once, and so do the tests
-typer.main.get_command = functools.cache(typer.main.get_command)
-typer.testing._get_command = typer.main.get_command  # type: ignore[attr-defined]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
