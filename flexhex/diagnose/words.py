@@ -182,25 +182,17 @@ def _rests(rests: Sequence[Rest]) -> str:
         force = "torque" if rest.unit == "N m" else "force"
         share = f"{number(100 * rest.share, 2)} % of its {force}"
         goes = f", which goes with {rest.what}" if rest.what else ""
-        text = f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}"
-        if rest.fitted:
-            part, names = (
-                number(100 * rest.fitted_share, 2),
-                listed([phrase(f) for f in rest.fitted]),
-            )
-            text += f" (of whose squares {names} would explain {part} %)"
-        texts.append(text)
+        names, part = listed([phrase(f) for f in rest.fitted]), number(100 * rest.fitted_share, 2)
+        fits = f" (of whose squares {names} would explain {part} %)" if names else ""
+        texts.append(f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}{fits}")
     more = [f"less on {where(sorted(r.axis for r in first[SEVERAL:]))}"] if first[SEVERAL:] else []
     return listed([*texts, *more])
 
 
 def _unknown(diagnosis: Diagnosis) -> str:
     parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in diagnosis.effects]
-    same = (
-        f" Identified: {listed(parts)}, but more than half of the residual remains."
-        if parts
-        else ""
-    )
+    same = f" Identified: {listed(parts)}, but more than half of the residual remains."
+    same = same if parts else ""
     if diagnosis.remains:
         rests = _rests(diagnosis.remains)
         return f"A residual repeats that no effect of the library explains: {rests}.{same}"
