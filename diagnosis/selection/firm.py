@@ -72,7 +72,8 @@ def _held(
     part = simpler.get((effect.extends, effect.axis))
     fewer = replace(one, score=replace(one.score, still=tuple(sorted(still))))
     if part is not None and still == {*range(1, effect.width)}:
-        fewer = replace(one, score=part, fuller=())
+        rivals = tuple(r for r in one.rivals if r.hypothesis.id != effect.extends)
+        fewer = replace(one, score=part, rivals=rivals, fuller=())
     left = [fewer if each is one else each for each in kept]
     return [each for each in left if len(each.score.still) < _effect(each).width]
 

@@ -67,9 +67,10 @@ def test_friction_without_more_of_it_at_rest_has_the_simpler_name(tmp_path: Path
         Score(hypotheses.effect(name, 0), 100.0, np.zeros(folds), 0.05)
         for name in ("stribeck_friction", "coulomb_friction")
     ]
-    stribeck = Accepted(scores[0], (), 1)
+    stribeck = Accepted(scores[0], (scores[1],), 1)
     alone = joint(selection.bench, grouped(selection.bench, [stribeck]))
     assert alone.beta[0][1] < 0 < alone.beta[0][0]
     (kept,), fit = firm(selection.bench, [stribeck], USUAL, listed=scores)
     assert kept.score is scores[1]
+    assert not kept.rivals
     assert [part.id for part in fit.parts] == ["coulomb_friction"]
