@@ -7,8 +7,8 @@ DEV    := $(VENV)/.ready-dev
 SITE   := $(VENV)/.ready-docs
 PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
-# tests start many processes: what one of them compiled of a module the others load, though an image
-# of a computer may ask for no such files
+# tests start many processes, which load the modules that the first one compiled; containers often set
+# this variable, and then each of them compiles all modules again
 unexport PYTHONDONTWRITEBYTECODE
 
 # all tests of a file in one process, so that what they share is made once; files in their order,

@@ -77,9 +77,9 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
 
 
 def with_friction(model: Calibrated) -> Calibrated:
-    """The same with dry and viscous friction of each axis beside the base model, and a constant
-    torque where runs repeat: else all that is left counts as noise, of which what friction leaves
-    is the most, and weights by that noise are worse for it (docs/method.md)."""
+    """The same with dry and viscous friction of each axis beside the base model and, where runs
+    repeat, a constant torque. Without repeats the noise is taken from the residual itself, and a
+    constant torque made the weights that follow from it worse (docs/method.md)."""
     n, columns = model.base.n, friction(model.blocks)
     kinds = ["dry", "viscous", "constant"] if any(pairs(model.blocks)) else ["dry", "viscous"]
     more = [

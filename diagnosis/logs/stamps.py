@@ -1,9 +1,9 @@
 """Whether the times of a log that jitter are those of its samples.
 
 Two loggers make uneven times: one samples evenly and stamps what it got late, another samples
-when it can and stamps that right. Stamps that are late come back to the even times. Else a motion
-is smooth, so its values tell: at their own times or at even ones, wherever they change less
-abruptly.
+when it can and stamps that right. Late stamps stay near even times, so times that go far from them
+are right. In between the values tell, as a motion is smooth: at their own times or at even ones,
+wherever they change less abruptly.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ SMOOTHER = 2.0
 CERTAIN = 1000.0
 """More than that is not told: of a straight line nothing is left at its own times."""
 AWAY = 2.0
-"""RMS distance from even times, in periods, beyond which no sample was taken at those."""
+"""RMS distance of the times from even ones, in periods: a stamp that is late by less than a period
+or two comes back to them, and beyond that the times are the samples' own. Measured: 1.1 where every
+step is drawn by itself (20 s at 93 Hz), 2.7 to 11 in the parts of a Panda's log at 1 kHz."""
 SAMPLE = 50_000
 """Samples of a channel that are asked."""
 CLOSE = 0.5
@@ -46,15 +48,17 @@ def stamped(where: str, clock: Clock, time: Array, values: Mapping[str, Array]) 
         ),
         default=1.0,
     )
-    if away < AWAY and better < SMOOTHER:
+    if away <= AWAY and better < SMOOTHER:
         return clock
-    why = f"would make the motion {better:.2g} times rougher"
-    why = f"would be {away:.2g} periods off" if away > AWAY else why
+    if away > AWAY:
+        why = f"would be {away:.2g} periods off"
+    else:
+        why = f"would make the motion {better:.2g} times rougher"
     text = (
         f"time jitters by {clock.jitter * clock.ts:.2g} s RMS around {clock.ts:.6g} s, and is right"
         f" (even times {why}): values taken in between"
     )
-    # an even clock needs more samples than there are to follow these times: none is missing
+    # a long step is then the sample's own, and no sample is missing
     wrong = {"jitter", "gap"} if away > AWAY else {"jitter"}
     others = tuple(f for f in clock.findings if f.kind not in wrong)
     size = int((t[-1] - t[0]) / clock.ts + 1e-6) + 1

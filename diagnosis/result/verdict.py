@@ -62,8 +62,8 @@ class Rest:
         if self.fitted:
             names = ", ".join(self.fitted)
             return (
-                f"{text}{goes}; {names} would explain {100 * self.fitted_share:.0f} % of its"
-                " squares, too little to be named"
+                f"{text}{goes}; {names} would explain {100 * self.fitted_share:.0f} % of its mean"
+                " square, but what they leave is too large to name them"
             )
         return f"{text} and is explained by no effect of the library{goes}"
 

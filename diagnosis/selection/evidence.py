@@ -28,8 +28,6 @@ from flexhex.diagnosis.selection.products import Products
 Array = NDArray[np.float64]
 INEXACT = 0.1
 """Share by which a fitted gain may lie beyond what a machine can have, as forms are not exact."""
-ROUNDED = 1e-10
-"""Eigenvalues below it, relative to the largest, are rounding."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 

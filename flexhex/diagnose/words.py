@@ -183,7 +183,7 @@ def _rests(rests: Sequence[Rest]) -> str:
         share = f"{number(100 * rest.share, 2)} % of its {force}"
         goes = f", which goes with {rest.what}" if rest.what else ""
         names, part = listed([phrase(f) for f in rest.fitted]), number(100 * rest.fitted_share, 2)
-        fits = f" (of whose squares {names} would explain {part} %)" if names else ""
+        fits = f" (of its mean square {names} would explain {part} %)" if names else ""
         texts.append(f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}{fits}")
     more = [f"less on {where(sorted(r.axis for r in first[SEVERAL:]))}"] if first[SEVERAL:] else []
     return listed([*texts, *more])

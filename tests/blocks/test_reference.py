@@ -42,7 +42,7 @@ def one_pass(duration: float, t_start: float = 0.1, **parameters: Any) -> tuple[
 
 
 def test_twin_draws_the_published_numbers() -> None:
-    # https://rosettacode.org/wiki/Pseudo-random_numbers/Splitmix64
+    """Numbers from Rosetta Code, "Pseudo-random numbers/Splitmix64"."""
     assert twin.splitmix64(1234567, 5) == [
         6457827717110365317,
         3203168211198807973,

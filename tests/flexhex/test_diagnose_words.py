@@ -91,7 +91,7 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     fitted = replace(rests[2], fitted=("coulomb_friction", "torque_offset"), fitted_share=0.83)
     assert verdict(replace(unknown, remains=(fitted,))) == (
         "A residual repeats that no effect of the library explains: 2.9 N (20 % of its force) on"
-        " axis 4 (of whose squares Coulomb friction and constant torque would explain 83 %)."
+        " axis 4 (of its mean square Coulomb friction and constant torque would explain 83 %)."
     )
     once = replace(fitted, repeats=False)
     assert once.sentence().startswith("2.9 N on axis 4 is left; coulomb_friction, torque_offset")
