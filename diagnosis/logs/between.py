@@ -9,7 +9,8 @@ from flexhex.diagnosis.logs.log import Array, Channel, Mask
 
 FEWEST = 3
 WIDEST = 2.5
-"""A step of more periods than this is a gap: one sample may be late or missing."""
+"""A step of more periods than this is a gap: one sample may be late or missing. Doubled it changes
+nothing on a Panda's log with such times; halved most of its rows lie near a gap and are lost."""
 PIECE, REACH = 100_000, 8
 """Samples that are interpolated at once, and beyond them, for what their neighbours say."""
 
