@@ -101,10 +101,13 @@ def _inertias(arm: Arm) -> list[Known]:
     for k, link in enumerate(arm.links, start=1):
         m, reach = link.mass, float(np.linalg.norm(link.centre)) + THICK
         ten = _ten(m, link.centre, THICK)
-        size = [m, *(m * reach,) * 3, *(max(ten[4:]),) * 6]
-        for name, unit, value, one in zip(TEN, TEN_UNITS, ten, size, strict=True):
+        # a body between a point at its centre of mass and a rod that ends twice as far away
+        rod = m * float(np.dot(link.centre, link.centre)) / 3 if arm.spread else 0.0
+        second = float(np.hypot(arm.spread * max(ten[4:]), rod))
+        spreads = [arm.spread * m, *(arm.spread * m * reach,) * 3, *(second,) * 6]
+        for name, unit, value, spread in zip(TEN, TEN_UNITS, ten, spreads, strict=True):
             name = f"link[{k}].{name}"
-            listed.append(Known(name, unit, float(value), arm.spread * one, name))
+            listed.append(Known(name, unit, float(value), spread, name))
     return listed
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.effects import Part
+from flexhex.diagnosis.jointfit.rotors import rotor_changes
 from flexhex.diagnosis.regression.gram import inverted
 from flexhex.diagnosis.regression.regression import Columns, Regression
 
@@ -55,8 +56,9 @@ def deviations_of(
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
     free = np.ones(len(shaped), dtype=bool)
+    changes = rotor_changes(bench, regression, parts, columns)
     while True:
-        gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])))
+        gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])), changes)
         deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
         deviation[gain.lost] = np.inf
         deviation[:count][~columns.any(axis=0)] = 0.0  # held at zero

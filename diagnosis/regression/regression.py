@@ -174,8 +174,9 @@ class Regression:
         beta = np.linalg.solve(safe_gram(own - cross.T @ self.solve(cross), own), c)
         return float(c @ beta), np.asarray(beta)
 
-    def gain(self, columns: Columns) -> GainEstimate:
-        """Gains of columns beside the base model, and how sure they are."""
+    def gain(self, columns: Columns, changes: Array | None = None) -> GainEstimate:
+        """Gains of columns beside the base model, and how sure they are; changes (R, r): of what
+        these explain by one standard deviation of other values that they depend on."""
         rows, C = self.layout.rows(columns.axis), columns.values
         _, beta = self.fall(columns)
         twin, cross, _ = self.products(columns.axis, C)
@@ -188,15 +189,17 @@ class Regression:
         own = twin.T @ C
         S = own - cross.T @ moved
         alone, lost = safe_gram(S, own), ~is_left(S, own)
+        if changes is not None:
+            ideas = np.vstack([ideas, changes.T @ other])
         covariance = self._covariance(clean, other, ideas, inverted(alone), beta)
         return GainEstimate(beta, covariance, lost, alone)
 
     def _covariance(self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array) -> Array:
         """Cluster-robust covariance of beta (k, k).
 
-        clean (R, k), ideas (nb, k): columns without what the base explains, in the rows and in
-        what is known of the parameters; other: clean of the other pass; A (k, k): inverse of
-        their Gram matrix.
+        clean (R, k), ideas (nb + r, k): columns without what the base explains, in the rows and
+        in what is known of the parameters and of other values; other: clean of the other pass;
+        A (k, k): inverse of their Gram matrix.
         """
         count = self.clusters
         weighted = other * (self.residual - clean @ beta)[:, None]

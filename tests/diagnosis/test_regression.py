@@ -56,6 +56,22 @@ def test_gain_of_an_effect_is_as_unbiased_as_the_base() -> None:
     assert within.beta == pytest.approx([1.2], abs=0.06)
 
 
+def test_gain_is_as_sure_as_the_values_that_its_column_depends_on() -> None:
+    """One deviation of such a value adds to the torque what it changes: as the gain's error."""
+    rows = layout(instants=2000)
+    column, other = signals(rows, 2, 4).T
+    change = 0.3 * column + other
+    fitted = regression(rows)
+    moved = replace(fitted, y=fitted.y + change)
+    columns = Columns(None, column[:, None])
+    alone, unsure = fitted.gain(columns), fitted.gain(columns, change[:, None])
+    error = moved.gain(columns).beta - alone.beta
+    assert unsure.beta == alone.beta
+    more = unsure.covariance - alone.covariance
+    assert more[0, 0] == pytest.approx(error[0] ** 2, rel=1e-6)
+    assert error[0] == pytest.approx(0.3, abs=0.05)
+
+
 @pytest.mark.parametrize("passes", [2, 3])
 @pytest.mark.parametrize("axis", [0, 1, None])
 def test_falls_are_those_of_each_candidate_alone(axis: int | None, passes: int) -> None:

@@ -18,7 +18,8 @@ from tests.diagnosis.usual import usual
 ROWS = layout()
 SHAPE = Shape("w", "rad", 0.1, 10.0, 2.0, (1.0, 2.0))
 
-ITEMS = {"a": SimpleNamespace(searched=[SHAPE], effect=SimpleNamespace(shapes=[SHAPE]))}
+EFFECT = SimpleNamespace(shapes=[SHAPE], geared=False)
+ITEMS = {"a": SimpleNamespace(searched=[SHAPE], effect=EFFECT)}
 
 
 def spreads(alike: float) -> tuple[float, dict[str, float]]:
