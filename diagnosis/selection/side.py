@@ -9,7 +9,7 @@ from math import log
 import numpy as np
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, axis_rms, joint
+from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
@@ -28,6 +28,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
+from flexhex.diagnosis.selection.validated import validated
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -81,7 +82,7 @@ def selected(
     if judged:
         others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
     if not selection.arbitrated or (judged and not model.noise.repeats):
-        kept = validated(bench, effects, others, criteria)
+        kept = validated(bench, effects, others, criteria, selection.rounds)
         if lost := [_placed(a.score) for a in effects if a not in kept]:
             why = "not on the held-out runs"
             if not selection.arbitrated and not kept:
@@ -147,28 +148,6 @@ def _placed(score: Score) -> str:
     """An effect and its axis in words."""
     axis = score.hypothesis.axis
     return score.hypothesis.id + ("" if axis is None else f" on axis {axis + 1}")
-
-
-def validated(
-    bench: Bench, accepted: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
-) -> list[Accepted]:
-    """Effects that explain on held-out runs, too, what they explain on the others, each beside
-    those that were accepted before it. What is found on an only trajectory, or where nothing is run
-    twice, may be something else: noise of the angles, for one."""
-    if others is None:
-        return []
-    least, kept = criteria.smallest_effect * bench.model.torque_rms, list[Accepted]()
-    own = axis_rms(bench.model.blocks, joint(bench, ()).residual)
-    left = axis_rms(others.blocks, others.beside((), ()))
-    for each in accepted:
-        fit, axis = joint(bench, grouped(bench, [*kept, each])), each.score.hypothesis.axis
-        there = axis_rms(bench.model.blocks, fit.residual)
-        now = axis_rms(others.blocks, others.beside(fit.parts, fit.beta))
-        known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
-        better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
-        if better.any() if axis is None else better[axis]:
-            kept, own, left = [*kept, each], there, now
-    return kept
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ import pytest
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.selection import hypotheses, search, side
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
@@ -20,7 +22,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.select import Selection
+from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
@@ -119,16 +121,39 @@ def test_harmonics_of_one_wave_count_once_in_what_may_remain() -> None:
 def test_one_trajectory_names_what_predicts_another_one(
     held_out: tuple[int, list[str]], tmp_path: Path
 ) -> None:
-    size = {1: 0.02, 2: 0.01 * held_out[0]}
+    bench, judged = one_trajectory(tmp_path, {1: 0.02, 2: 0.01 * held_out[0]})
+    side = selected(bench, judged, lambda text: None)
+    assert [named.id for named in side.named] == held_out[1]
+
+
+def test_next_best_name_is_given_where_it_predicts_another_trajectory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the best one does not."""
+    bench, judged = one_trajectory(tmp_path, {1: 0.02, 2: 0.02})
+    selection = select(bench, replace(USUAL, most=1))
+    (wave,) = selection.accepted
+    others = [s for s in selection.rounds[0] if s.hypothesis.id != "cogging_harmonic"]
+    mistaken = replace(wave, score=others[0], rivals=())
+    monkeypatch.setattr(side, "select", lambda *_: replace(selection, accepted=(mistaken,)))
+    answer = selected(bench, judged, lambda text: None)
+    assert [named.id for named in answer.named] == ["cogging_harmonic"]
+    assert answer.named[0].rivals == ()
+    assert answer.notes[0] == (
+        f"{others[0].hypothesis.id} on axis 1 would fit, but not on the held-out runs"
+    )
+
+
+def one_trajectory(folder: Path, size: Mapping[int, float]) -> tuple[Bench, list[Run]]:
+    """Two passes of a motion with a wave of so much of the torque's RMS, and the runs of another
+    motion that judge."""
     paths = []
     for k, (motion, number) in enumerate(RUNS[:4]):
         torque = size[motion] * RMS * np.sin(53.0 * moved(CLOCK, motion)[0])
-        paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=torque))
+        paths.append(write(folder / f"{k}.csv", motion, number, 0.0, extra=torque))
     base, run_set, _ = run_set_of(paths[:2], paths[2:], None, Options(base="axis"))
     model, _, _ = fitted(base, run_set.runs)
-    bench = Bench(model, compiled(1, None, model.base.holds))
-    side = selected(bench, run_set.judged, lambda text: None)
-    assert [named.id for named in side.named] == held_out[1]
+    return Bench(model, compiled(1, None, model.base.holds)), list(run_set.judged)
 
 
 def test_rows_that_show_no_wave_ask_for_none(

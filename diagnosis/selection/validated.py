@@ -1,0 +1,62 @@
+"""What held-out runs say of effects where nothing else can: of an only trajectory, or run once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import axis_rms, joint
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.selection.bars import shown
+from flexhex.diagnosis.selection.choose import Accepted, simplest
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.firm import grouped
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+from flexhex.diagnosis.selection.scores import Score
+
+
+def validated(
+    bench: Bench,
+    accepted: Sequence[Accepted],
+    others: Elsewhere | None,
+    criteria: Criteria,
+    rounds: Sequence[Sequence[Score]] = (),
+) -> list[Accepted]:
+    """Effects that explain on held-out runs, too, what they explain on the others, each beside
+    those that were accepted before it. What is found on an only trajectory, or where nothing is run
+    twice, may be something else: noise of the angles, for one. Then the next best effect of its
+    axis and of its round takes its place, if it explains these."""
+    if others is None:
+        return []
+    least, kept = criteria.smallest_effect * bench.model.torque_rms, list[Accepted]()
+    own = axis_rms(bench.model.blocks, joint(bench, ()).residual)
+    left = axis_rms(others.blocks, others.beside((), ()))
+    for each in accepted:
+        for option in options(each, rounds, criteria):
+            fit, axis = joint(bench, grouped(bench, [*kept, option])), option.score.hypothesis.axis
+            there = axis_rms(bench.model.blocks, fit.residual)
+            now = axis_rms(others.blocks, others.beside(fit.parts, fit.beta))
+            known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
+            better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
+            if better.any() if axis is None else better[axis]:
+                kept, own, left = [*kept, option], there, now
+                break
+    return kept
+
+
+def options(
+    accepted: Accepted, rounds: Sequence[Sequence[Score]], criteria: Criteria
+) -> Iterator[Accepted]:
+    """What was accepted, then what would have been in its round without those before it."""
+    yield accepted
+    name, scores = accepted.score.hypothesis, rounds[accepted.round - 1] if rounds else ()
+    left = [
+        s
+        for s in scores
+        if isinstance(s.hypothesis, EffectHypothesis)
+        and (s.hypothesis.axis, s.hypothesis.id != name.id) == (name.axis, True)
+        and shown(s, criteria)
+    ]
+    while left:
+        yield (option := simplest(left[0], left, accepted.round, criteria))
+        left = [s for s in left if s is not option.score]
