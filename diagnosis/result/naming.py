@@ -7,15 +7,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flexhex.diagnosis.jointfit.answer import Joint, shares
+from flexhex.diagnosis.jointfit.answer import Joint, shares, torque_of
 from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.result.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
 
 def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
-    """Effects of a fit, each with all its axes. errors: of the form of each part, one standard
-    deviation of its mean, relative: it moves gains and shapes."""
+    """Effects of a fit, each with all its axes, the largest share of its axes' torque first.
+    errors: of the form of each part, one standard deviation of its mean, relative: it moves gains
+    and shapes."""
     rivals = {effect.id: effect.rivals for effect in fit.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(fit) if fit.bench.model.between else [math.nan] * len(fit.effects)
@@ -25,7 +26,7 @@ def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
         grouped.setdefault(part.id, []).append(k)
     known = {id: item.effect for id, item in fit.bench.effects.items()} | dict(library())
     named = []
-    for name, places in grouped.items():
+    for name, places in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):
         parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors[k])) for k in places]
         axes = tuple(sorted({axis for axis, _ in parts if axis}))
         others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
@@ -42,6 +43,13 @@ def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
             )
         )
     return named
+
+
+def _share_of_torque(fit: Joint, places: Sequence[int]) -> float:
+    """RMS of the torque of these parts on all axes, each relative to that of the axis."""
+    gains = [fit.beta[k] for k in places]
+    torque = np.concatenate(torque_of(fit.bench, [fit.parts[k] for k in places], gains))
+    return float(np.sqrt(((torque / fit.bench.model.torque_rms) ** 2).mean(axis=0).sum()))
 
 
 def _axis(part: Part) -> int:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain, combinations
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,9 @@ from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.products import Products
 
 Array = NDArray[np.float64]
-INEXACT = 0.1
-"""Share by which a fitted gain may lie beyond what a machine can have, as forms are not exact."""
+INEXACT, CHANCE = 0.1, 3.0
+"""Share by which a gain may lie beyond what a machine can have, as forms are not exact, and what it
+may cost by chance [nats] to hold it at its bound."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
@@ -35,32 +36,23 @@ GONE = 1e-5
 @dataclass(frozen=True)
 class Tried:
     """All shapes of an effect fitted beside a model, one fold left out or none: evidence (shapes,)
-    relative to the model alone, gains (shapes, k)."""
+    relative to the model alone, gains (shapes, k); odd (shapes,): they would have to be others than
+    a machine can have."""
 
     evidence: Array
     gains: Array
+    odd: NDArray[np.bool_]
 
 
 def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
-    """An effect beside a model: fitted to all folds, and to all but each. A shape whose gain of all
-    folds no machine can have has no evidence: something else looks like it."""
+    """An effect beside a model: fitted to all folds, and to all but each. A shape whose gains of
+    all folds no machine can have has no evidence: something else looks like it."""
     products, lefts = effect.beside(moments), [None, *moments.rows.folds]
     prior = free(moments, effect, products)
     fits = {left: _fitted(moments, left, effect, products, prior) for left in lefts}
-    odd = _beyond(effect, fits[None].gains)
     for fit in fits.values():
-        fit.evidence[odd] = -np.inf
+        fit.evidence[fits[None].odd] = -np.inf
     return fits
-
-
-def _beyond(effect: EffectHypothesis, gains: Array) -> NDArray[np.bool_]:
-    """Which gains (shapes, k) no machine can have."""
-    odd = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
-    if effect.high is not None:
-        odd |= (gains > effect.high + INEXACT * np.abs(effect.high)).any(axis=1)
-    for less, more, times in effect.ordered:
-        odd |= gains[:, less] > (1 + INEXACT) * times * gains[:, more]
-    return np.asarray(odd)
 
 
 def free(moments: Moments, effect: EffectHypothesis, products: Products) -> Array:
@@ -82,43 +74,64 @@ def _fitted(
     whole, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (own, S))
     there = (alone > GONE * whole).all(axis=1)
     evidence, gains = np.zeros(len(priors)), np.zeros((len(priors), k))
+    odd = np.zeros(len(priors), dtype=bool)
     A = S[there] + priors[there, :, None] * np.eye(k)
-    gains[there], fall = bounded(A, rest[there], effect.low)
-    if effect.taken is not None:
-        # a limit takes all beyond it: one that is not quite the best takes too much or too little.
-        # What it leaves is as large as it is beside the torque that it lets pass: a torque that is
-        # taken away leaves little, whatever the model says
-        gains[there] = np.clip(gains[there], effect.low, effect.high)
-        fall = (gains[there] * (2 * rest[there] - gains[there] * A[:, :, 0])).sum(axis=1)
+    gains[there], fall, odd[there] = _possible(effect, A, rest[there])
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
     if effect.taken is not None and effect.axis is not None:
         squares, unexplained = moments.left_over(effect.axis, left)
         passed = squares + gains[there, 0] * (gains[there, 0] * own[there, 0, 0] - 2 * right[there])
-        # bounded where next to nothing passes
+        # what a limit leaves is as large as it is beside the torque that it lets pass: torque that
+        # is taken away leaves little, whatever the model says; bounded where next to nothing passes
         more = max(squares, 0.0) / np.maximum(passed, max(GONE * squares, 1.0)) - 1
         evidence[there] -= np.maximum(more, 0) * np.maximum(unexplained - fall, 0) / 2
         evidence += effect.blind(moments.rows, left, gains)
-    return Tried(evidence, gains)
+    return Tried(evidence, gains, odd)
 
 
-def bounded(S: Array, c: Array, low: Array) -> tuple[Array, Array]:
-    """Gains (shapes, k) that minimise g^T S g - 2 c^T g for S (shapes, k, k), c (shapes, k), those
-    with low = 0 not negative; the falls (shapes,)."""
-    positive, best, fall = low == 0, np.zeros_like(c), np.zeros(len(c))
-    sets = chain.from_iterable(combinations(range(len(low)), n) for n in range(len(low), 0, -1))
-    open_, whole = np.arange(len(c)), True
-    for chosen in (list(s) for s in sets):
-        gains = np.zeros((len(open_), len(low)))
-        right = c[open_][:, chosen, None]
-        gains[:, chosen] = np.linalg.solve(S[open_][:, chosen][:, :, chosen], right)[:, :, 0]
-        falls = (gains * c[open_]).sum(axis=1)
-        fits = ~(gains[:, positive] < 0).any(axis=1)
+def _possible(
+    effect: EffectHypothesis, A: Array, c: Array
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Gains (shapes, k) that a machine can have, their falls (shapes,), and where others would fit
+    better than chance and an inexact form explain."""
+    signs = np.where(effect.low == 0, 0.0, -np.inf)
+    gains, most = bounded(A, c, signs, np.full_like(signs, np.inf))
+    beyond, fall = ((gains < effect.low) | (gains > effect.high)).any(axis=1), most.copy()
+    gains[beyond], fall[beyond] = bounded(A[beyond], c[beyond], effect.low, effect.high)
+    odd = (most - fall) / 2 > CHANCE + INEXACT**2 * most / 2
+    if effect.taken is not None:
+        # a limit takes all beyond it: one that is not quite the best takes too much or too little
+        odd[:] = False
+    for less, more, times in effect.ordered:
+        odd |= gains[:, less] > (1 + INEXACT) * times * gains[:, more]
+    return gains, fall, odd
+
+
+def bounded(S: Array, c: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Gains (shapes, k) from low to high (k,) that minimise g^T S g - 2 c^T g for S (shapes, k, k),
+    c (shapes, k); the falls (shapes,).
+
+    The least of a convex function is the best of those on the faces of its bounds that lie within.
+    """
+    pairs = zip(low, high, strict=True)
+    ends = [(None, *(end for end in pair if np.isfinite(end))) for pair in pairs]
+    faces = sorted(product(*ends), key=lambda face: sum(end is not None for end in face))
+    best, fall = np.zeros_like(c), np.full(len(c), -np.inf)
+    open_ = np.arange(len(c))
+    for face in faces:
+        free = [k for k, end in enumerate(face) if end is None]
+        gains = np.tile([0.0 if end is None else end for end in face], (len(open_), 1))
+        right = c[open_] - (S[open_] @ gains[..., None])[..., 0]
+        own = S[open_][:, free][:, :, free]
+        gains[:, free] = np.linalg.solve(own, right[:, free, None])[..., 0]
+        falls = (gains * (2 * c[open_] - (S[open_] @ gains[..., None])[..., 0])).sum(axis=1)
+        fits = ((gains >= low) & (gains <= high)).all(axis=1)
         better = fits & (falls > fall[open_])
         best[open_[better]], fall[open_[better]] = gains[better], falls[better]
-        if whole:
+        if len(free) == len(low):
             # the minimum over all gains needs no look at fewer
-            open_, whole = open_[~fits], False
+            open_ = open_[~fits]
         if not len(open_):
             break
     return best, fall

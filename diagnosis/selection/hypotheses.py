@@ -138,14 +138,13 @@ class Hypotheses:
 
         common = (name, axis, tuple(shapes), columns, felt)
         if item is None:
-            low = np.full(width, -np.inf)
-            return EffectHypothesis(*common, low, width, "", False, 1, known=known)
+            most = np.full(width, np.inf)
+            return EffectHypothesis(*common, -most, most, width, "", False, 1, known=known)
         effect = item.effect
-        bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
-        kind = (item.freedom, effect.extends, effect.exact, effect.most)
+        low, high = np.array(self.bench.scales.bounds(name, axis or 0)).T
         places = {gain.name: k for k, gain in enumerate(effect.gains)}
-        most = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
-        ordered = tuple((places[name], places[more], times) for name, more, times in most)
+        less = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
+        ordered = tuple((places[name], places[more], times) for name, more, times in less)
 
         def taken() -> Array:
             listed = [self.bench.taken(name, axis or 0, shape) for shape in shapes]
@@ -153,9 +152,12 @@ class Hypotheses:
 
         return EffectHypothesis(
             *common,
-            bounds[0],
-            *kind,
-            high=bounds[1],
+            low,
+            high,
+            item.freedom,
+            effect.extends,
+            effect.exact,
+            effect.most,
             taken=taken if effect.entered else None,
             slow=item.slow,
             ordered=ordered,

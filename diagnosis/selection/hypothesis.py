@@ -34,7 +34,7 @@ class ColumnsByAxis:
 class EffectHypothesis:
     """An effect with all shapes of its grid. columns: makes whitened ones (R, shapes * k) of some
     shapes, side by side, on each axis that feels them, as they take most of the memory; felt: axes
-    that feel it; low, high (k,): least gains, largest ones or None for none; freedom: numbers that
+    that feel it; low, high (k,): least gains, largest ones; freedom: numbers that
     a fit may choose; extends: the simpler effect that it becomes without its further gains;
     choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
     change of the reported torque that a gain of one takes away, if the columns are of that torque;
@@ -47,12 +47,12 @@ class EffectHypothesis:
     columns: Callable[[Sequence[Mapping[str, float]]], Mapping[int, Array]]
     felt: tuple[int, ...]
     low: Array
+    high: Array
     freedom: int
     extends: str
     exact: bool
     most: int
     choices: int = 1
-    high: Array | None = None
     taken: Callable[[], Array] | None = None
     slow: bool = False
     ordered: tuple[tuple[int, int, float], ...] = ()
@@ -229,9 +229,9 @@ def nameless(
 ) -> NamelessHypothesis:
     """Something without a name from its columns (R, k) on an axis or on several."""
     felt, count = tuple(columns.raw), next(iter(columns.raw.values())).shape[1]
-    low = np.full(count, -np.inf)
+    most = np.full(count, np.inf)
     white = columns.white
     hypothesis = EffectHypothesis(
-        argument, axis, ({},), lambda _: white, felt, low, count, "", False, 1
+        argument, axis, ({},), lambda _: white, felt, -most, most, count, "", False, 1
     )
     return NamelessHypothesis(hypothesis, columns.raw, ways)
