@@ -66,17 +66,21 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
     for gain, value, std in zip(effect.gains, fit.beta[k], fit.deviation[k], strict=True):
         alike = [v for g, v in zip(effect.gains, fit.beta[k], strict=True) if g.unit == gain.unit]
         wide = float(np.hypot(std, error * np.linalg.norm(alike)))
-        estimates[gain.name] = _estimate(float(value), wide, kind.unit(gain.unit))
+        unit, positive = kind.unit(gain.unit), gain.low == 0
+        estimates[gain.name] = _estimate(float(value), wide, unit, positive)
     for shape in effect.shapes:
         std = fit.shape_deviation[k].get(shape.name, 0.0)
         bent = error * fit.bent[k].get(shape.name, 0.0)
         wide = float(np.hypot(std, bent))
-        estimates[shape.name] = _estimate(part.shape[shape.name], wide, kind.unit(shape.unit))
+        unit, positive = kind.unit(shape.unit), shape.low >= 0
+        estimates[shape.name] = _estimate(part.shape[shape.name], wide, unit, positive)
     return estimates
 
 
-def _estimate(value: float, std: float, unit: str) -> Estimate:
-    return Estimate(value, (value - 1.96 * std, value + 1.96 * std), unit)
+def _estimate(value: float, std: float, unit: str, positive: bool) -> Estimate:
+    """positive: it cannot lie below zero; where nothing is known of it the interval has no ends."""
+    low, high = value - 1.96 * std, value + 1.96 * std
+    return Estimate(value, (max(low, 0.0) if positive and np.isfinite(std) else low, high), unit)
 
 
 def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Estimate]:

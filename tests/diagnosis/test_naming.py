@@ -1,0 +1,48 @@
+"""Effects in the answer: the largest first, no interval beyond what has a sense."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.jointfit.answer import joint
+from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
+from flexhex.diagnosis.result.naming import named_of
+from tests.diagnosis.test_selection import RMS, bench_of
+
+Array = NDArray[np.float64]
+
+
+def friction_and_wave(q: Array, v: Array, a: Array) -> Array:
+    return 0.05 * RMS * np.tanh(v / 0.01) + 0.02 * RMS * np.sin(29.0 * q)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_largest_effect_is_named_first(order: int, tmp_path: Path) -> None:
+    bench = bench_of(tmp_path, friction_and_wave)
+    shapes = {"coulomb_friction": {"s_0": 1e-4}, "cogging_harmonic": {"order": 29.0}}
+    effects = [
+        SelectedEffect(name, (Part.of(bench, name, 0, shape),), ())
+        for name, shape in list(shapes.items())[::order]
+    ]
+    named = named_of(joint(bench, effects), [0.0, 0.0])
+    assert [effect.id for effect in named] == ["coulomb_friction", "cogging_harmonic"]
+
+
+def test_interval_of_a_positive_value_does_not_go_below_zero(tmp_path: Path) -> None:
+    """A wave's sine and cosine may be anything; nothing is known of a shape without an interval."""
+    bench = bench_of(tmp_path, friction_and_wave)
+    part = Part.of(bench, "coulomb_friction", 0, {"s_0": 1e-4})
+    fit = joint(bench, [SelectedEffect("coulomb_friction", (part,), ())])
+    known = replace(fit, bent=({"s_0": 0.0},))
+    unsure = replace(known, deviation=(fit.beta[0],), shape_deviation=({"s_0": 1.0},))
+    (effect,) = named_of(unsure, [0.0])
+    (lost,) = named_of(replace(known, shape_deviation=({"s_0": np.inf},)), [0.0])
+    assert effect.parameters["F_c"].ci95[0] == 0.0
+    assert effect.parameters["s_0"].ci95[0] == 0.0
+    assert effect.parameters["F_c"].ci95[1] == pytest.approx(2.96 * fit.beta[0][0])
+    assert lost.parameters["s_0"].ci95 == (-np.inf, np.inf)
