@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -17,6 +18,8 @@ ORDER = 2
 """Order of the model that whitens an axis."""
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
+SURE = 4.0
+"""Standard deviations beyond which an offset or slope of runs is no chance."""
 INEXACT = 0.003
 """Error of the model's forms, relative to the torque's RMS: it repeats, and is not seen between
 passes; as white noise, it keeps whitening from trusting what is quieter than the model is good."""
@@ -117,12 +120,23 @@ def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> 
 
 
 def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:
-    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more."""
+    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more, as wide
+    as so few tell."""
     squares = []
     for trace, mask in zip(traces, masks, strict=True):
         rows = whiten(trace[:, None], a, max(scale, np.finfo(float).tiny))[settled(mask)]
         squares.append((line(len(rows)).T @ rows[:, 0]) ** 2)
-    return np.asarray(np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
+    return np.asarray(few(len(squares)) * np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
+
+
+def few(count: int) -> float:
+    """Factor of a standard deviation that is known from so many squares, with which a normal density
+    falls as far at `SURE` deviations as Student's does.
+
+    (count + 1) / 2 log(1 + t^2 / count) = SURE^2 / 2, solved for t / SURE.
+    """
+    t = math.sqrt(count * math.expm1(SURE**2 / (count + 1)))
+    return t / SURE
 
 
 def line(count: int) -> Array:

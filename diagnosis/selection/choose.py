@@ -181,7 +181,7 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     do on each, and the fuller form of an effect where another axis needs it: one cause is simpler
     than two. What an axis has already is no other name for something beside it."""
     needed = {each.score.hypothesis.id for each in accepted}
-    places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
+    places = [_by_name(each) for each in accepted]
     count = Counter(name for own in places for name in own)
     there = {(a.score.hypothesis.axis, a.score.hypothesis.id) for a in accepted}
     unified = []
@@ -200,6 +200,14 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
         rivals = tuple(score for score in own.values() if score is not own[name])
         unified.append(replace(each, score=own[name], rivals=rivals, fuller=()))
     return unified
+
+
+def _by_name(accepted: Accepted) -> dict[str, Score]:
+    """What was accepted and its rivals; a rival may be the same effect with another shape."""
+    own = dict[str, Score]()
+    for score in (accepted.score, *accepted.rivals):
+        own.setdefault(score.hypothesis.id, score)
+    return own
 
 
 def as_good(gain: float, best: float, error: float, criteria: Criteria) -> bool:

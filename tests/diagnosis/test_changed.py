@@ -168,6 +168,14 @@ def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None
     assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
 
 
+def test_same_effect_with_another_shape_is_no_name_of_its_own() -> None:
+    """It may be a rival, with more numbers."""
+    first, same = scored_as("ripple", 0, 2), scored_as("ripple", 0, 3)
+    (kept,) = one_cause([Accepted(first, (same, scored_as("drag", 0, 3)), 1)])
+    assert kept.score is first
+    assert [rival.hypothesis.id for rival in kept.rivals] == ["drag"]
+
+
 def heavy(off: Array, seed: int = 1) -> tuple[Rows, HeavierBody]:
     """Rows of a body whose parameters are `off` by so many tolerances, 10 % of 2 kg each, beside
     one more parameter; the hypothesis that all of the body went with its mass."""
