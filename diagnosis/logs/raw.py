@@ -28,6 +28,8 @@ CHANNELS = (
 SCALARS = ("payload", "temperature")
 """Channels of width one, written without an index."""
 STRETCHES = 24
+ABSURD = 1e15
+"""No measurement has such a value, in any unit: bytes that were none."""
 _INDEX = re.compile(r"^(?P<base>.*?)\s*(?:\[(\d+)\]|\((\d+)\)|_(\d+)|(?<=[A-Za-z])(\d+))$")
 _UNIT = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\]\d][^\]]*)\]|\((?P<b>[^)\d][^)]*)\)|/\s*(?P<c>[^\d\s/]+))$"
@@ -78,6 +80,28 @@ class Raw:
     tables: list[Table]
     meta: dict[str, str]
     findings: list[Finding]
+
+
+def without_absurd(table: Table) -> list[Finding]:
+    """Values that nothing can have become NaN, with a finding for each channel."""
+    findings = []
+    for name, values in {"time": table.time, **table.values}.items():
+        if max(np.fmax.reduce(values, axis=None), -np.fmin.reduce(values, axis=None)) < ABSURD:
+            continue
+        absurd = np.abs(values) >= ABSURD
+        first = tuple(int(k) for k in np.argwhere(absurd)[0])
+        at = f"{name}[{first[1] + 1}]" if len(first) > 1 and values.shape[1] > 1 else name
+        text = (
+            f"{at} is {values[first]:.3g} in sample {first[0] + 1}, {absurd.sum()} values of {name}"
+            " are such: taken as missing; was the file damaged, or written while it was read?"
+        )
+        findings.append(Finding("nan", table.where, text, True))
+        cleaned = np.where(absurd, np.nan, values)
+        if name == "time":
+            table.time = cleaned
+        else:
+            table.values[name] = cleaned
+    return findings
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from flexhex.diagnosis.logs.clocks import compared
 from flexhex.diagnosis.logs.delay import delays
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.rates import judged_rates
-from flexhex.diagnosis.logs.raw import Raw, Table, texts
+from flexhex.diagnosis.logs.raw import Raw, Table, texts, without_absurd
 from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.units import (
     SI,
@@ -72,6 +72,7 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
     for table in raw.tables:
         if not table.values:
             continue
+        findings += without_absurd(table)
         scale = factor(table.where, "time", options.units.get("time", table.unit))
         time = table.time if scale == 1.0 else table.time * scale
         clock = stamped(table.where, clock_of(table.where, time, table.joins), time, table.values)

@@ -43,6 +43,18 @@ def test_nan_stretch_is_bridged_and_not_valid(tmp_path: Path) -> None:
     assert log["tau_meas"].valid.all()
 
 
+def test_value_that_nothing_can_have_is_missing(tmp_path: Path) -> None:
+    """As a damaged file holds them; the time is one of them, too."""
+    run = motion()
+    run["theta"][200, 0], run["time"][300] = -1.1e282, 2.7e154
+    read = read_log(plain_csv(tmp_path / "a.csv", run))
+    texts = [f.text for f in read.findings if f.kind == "nan"]
+    assert any("theta[1] is -1.1e+282 in sample 201" in text for text in texts)
+    assert any("time is 2.7e+154 in sample 301" in text for text in texts)
+    assert np.abs(read["theta"].values).max() < 20.0
+    assert not read["theta"].valid[200]
+
+
 def test_dropped_samples_leave_the_others_in_their_place(tmp_path: Path) -> None:
     run = motion()
     lost = np.r_[500:503, 2000, 2002]
