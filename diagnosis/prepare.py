@@ -17,7 +17,7 @@ from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.regression.window import smoother
+from flexhex.diagnosis.regression.window import Smoother, longer_windows, outgrown, smoother
 from flexhex.diagnosis.result.verdict import Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
 from flexhex.diagnosis.runs.pairing import doubtful
@@ -120,8 +120,21 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
             model = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
             longer = smoother(model, runs, usual)
             if longer.window == base.window:
-                return model, longer.left, done
+                more = _longer(model, runs, usual)
+                if more is None:
+                    return model, longer.left, done
+                longer = more
             base, done = longer.base(base), longer.text
+
+
+def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
+    """A window under which inertias that nobody knows are not smaller than they are."""
+    for window in longer_windows(model, usual):
+        base = Smoother(window, np.zeros(model.base.n), "").base(model.base)
+        again = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
+        if longer := outgrown(model, again, usual):
+            return longer
+    return None
 
 
 def misfit(model: Calibrated) -> str:

@@ -7,7 +7,7 @@ faster than it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -28,6 +28,9 @@ NOISE = 0.05
 """Largest share of the torque's RMS that noise of the angles may make."""
 LONGER, LONGEST = 1.25, 8.0
 """The window grows by this factor until it is long enough, or this many times what it was."""
+TWICE, GROWS, SURELY = 2.0, 1.1, 4.0
+"""Under a window so many times as long a fitted inertia grows by this factor at least, by so many
+standard deviations, where noise of the acceleration made it too small."""
 SPARE = 0.8
 """Share of a run that rows at their least number may use up; windows at its ends take some."""
 SAMPLES = 50
@@ -86,6 +89,46 @@ def smoother(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
         f" where it makes {left[worst]:.2g}"
     )
     return Smoother(window, np.where(left > most, left, 0.0), text)
+
+
+def unknown_inertias(base: Base) -> list[int]:
+    """Places in `linear` of inertias that runs alone tell."""
+    kinds = kinds_of(base, base.n)
+    return [
+        place
+        for place, known in enumerate(base.linear)
+        if known.axis is not None
+        and known.group == kinds[known.axis].inertia
+        and np.isinf(known.tolerance)
+    ]
+
+
+def longer_windows(model: Calibrated, usual: float) -> Iterator[float]:
+    """Windows [s] under which inertias that runs alone tell may grow."""
+    window, most = model.base.window, min(LONGEST * usual, _room(model))
+    while unknown_inertias(model.base) and LONGER * window <= most:
+        window = min(TWICE * window, most)
+        yield window
+
+
+def outgrown(model: Calibrated, again: Calibrated, usual: float) -> Smoother | None:
+    """The longer window of another fit to the same runs, if under it an inertia that nobody knows
+    grows: noise of an acceleration makes the inertia too small, whatever that noise is like. None
+    else."""
+    for place in unknown_inertias(model.base):
+        known = model.base.linear[place]
+        before, after = (m.fitted.p[place] for m in (model, again))
+        deviation = again.scale[place] * float(np.sqrt(again.regression.covariance[place, place]))
+        if after > GROWS * max(before, 0.0) and after - before > SURELY * deviation:
+            window = again.base.window
+            text = (
+                f"the {known.group} of axis {(known.axis or 0) + 1} is {before:.2g} {known.unit}"
+                f" under {1e3 * model.base.window:.0f} ms of smoothing and {after:.2g} under"
+                f" {1e3 * window:.0f}: accelerations are noisy, smoothed longer than the usual"
+                f" {1e3 * usual:.0f} ms"
+            )
+            return Smoother(window, np.zeros(model.base.n), text)
+    return None
 
 
 def _room(model: Calibrated) -> float:

@@ -14,6 +14,8 @@ from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 
 Array = NDArray[np.float64]
+WORSE = 1.02
+"""Growth of a residual from which on it counts as worse."""
 VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
 
 

@@ -130,8 +130,8 @@ def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float
 
 
 def few(count: int) -> float:
-    """Factor of a standard deviation that is known from so many squares, with which a normal density
-    falls as far at `SURE` deviations as Student's does.
+    """Factor of a standard deviation that so many squares tell, with which a normal density falls
+    as far at `SURE` deviations as Student's does.
 
     (count + 1) / 2 log(1 + t^2 / count) = SURE^2 / 2, solved for t / SURE.
     """

@@ -28,7 +28,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.validated import validated
+from flexhex.diagnosis.selection.validated import refuted, validated
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -119,6 +119,19 @@ def selected(
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
         kept, fit = firm(bench, kept, criteria, freed, listed)
         notes.append(sentence(poor))
+    while kept or freed:
+        worse, whole = refuted(fit, others)
+        wrong = [a for a in kept if a.score.hypothesis.axis in worse]
+        if not wrong and not (whole and freed):
+            break
+        if wrong:
+            kept = [a for a in kept if a not in wrong]
+            names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
+            notes.append(f"{names} would fit, but makes the held-out runs worse")
+        else:
+            bodies, freed = [], {}
+            notes.append("other parameters would fit, but make the held-out runs worse")
+        kept, fit = firm(bench, kept, criteria, freed, listed)
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")

@@ -1,18 +1,34 @@
-"""What held-out runs say of effects where nothing else can: of an only trajectory, or run once."""
+"""What held-out runs say of effects: alone, where nothing else can (of an only trajectory, or run
+once), and where they speak against what the others say."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import axis_rms, joint
+from flexhex.diagnosis.jointfit.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.result.verdict import WORSE
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted, simplest
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.firm import grouped
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
+
+
+def refuted(fit: Joint, others: Elsewhere | None) -> tuple[list[int], bool]:
+    """Axes (from 0) of which a fit leaves more on held-out runs than the base model's own does, and
+    whether it does of all together, each relative to its torque."""
+    if others is None:
+        return [], False
+    model = fit.bench.model
+    before = axis_rms(others.blocks, others.residual((), (), model.regression.q))
+    after = axis_rms(others.blocks, others.residual(fit.parts, fit.beta, fit.q))
+    whole = np.linalg.norm(after / model.torque_rms) / np.linalg.norm(before / model.torque_rms)
+    return [int(i) for i in np.flatnonzero(after > WORSE * before)], bool(whole > WORSE)
 
 
 def validated(

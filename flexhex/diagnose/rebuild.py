@@ -22,7 +22,7 @@ from flexhex.diagnose.replay import replay
 from flexhex.diagnosis.estimation.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import Log, Options, read_log
 from flexhex.diagnosis.machine_files.extend import extend
-from flexhex.diagnosis.result.verdict import Diagnosis, Named
+from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Named
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
@@ -30,8 +30,6 @@ from flexhex.simulation.builder import Builder
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
-WORSE = 1.02
-"""Ratio of residuals on a held-out run above which a change makes it worse."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from rich.console import Console, Group
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.words import title, verdict, where
-from flexhex.diagnosis.result.verdict import Diagnosis, Named, Residual, rms
+from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Named, Residual, rms
 from flexhex.output import tables
 from flexhex.output.tables import Column
 
@@ -23,8 +23,6 @@ STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")
 LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 """Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
-WORSE = 1.02
-"""Growth of a residual from which on it counts as worse."""
 MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
 EFFECTS = ("effect", "where", "parameter", "value, 95 %", "unit", "explains")

@@ -19,13 +19,16 @@ Array = NDArray[np.float64]
 TS, INERTIA = 1e-3, 0.08
 
 
-def run(seed: int, noise: float, step: float = 0.0, seconds: float = 40.0) -> Run:
+def run(
+    seed: int, noise: float, step: float = 0.0, seconds: float = 40.0, waver: float = 0.0
+) -> Run:
     """A pass of a slow motion: inertia alone, angles with noise or in steps."""
     t = TS * np.arange(round(seconds / TS))
     theta = 0.3 * np.sin(4 * t) + 0.1 * np.sin(11 * t + 1)
     torque = -INERTIA * (0.3 * 16 * np.sin(4 * t) + 0.1 * 121 * np.sin(11 * t + 1))
     rng = np.random.default_rng(seed)
     seen = theta + noise * rng.standard_normal(len(t))
+    seen += wavering(len(t), waver, rng)
     if step:
         seen = step * np.round(seen / step)
     valid = np.ones(len(t), dtype=bool)
@@ -78,6 +81,28 @@ def test_measured_rates_need_no_longer_window() -> None:
     noisy = run(1, 6e-4), run(2, 6e-4)
     assert smoothed(*noisy)[0] > 1.0
     assert smoothed(*map(measured, noisy))[0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("size", [0.0, 3e-3])
+def test_noise_that_looks_like_motion_does_not_make_an_inertia_small(size: float) -> None:
+    """Angles that waver, as those whose times are wrong, of runs without repeats: most of their
+    accelerations are noise, of which differences of neighbours tell nothing, and the inertia that
+    fits these is too small."""
+    runs = [replace(run(k, 1e-7, waver=size), trajectory=str(k)) for k in (1, 2)]
+    base = AxisBase(1, TS)
+    model, _, text = fitted(base, runs)
+    place = [k.group for k in base.linear].index("J")
+    assert model.fitted.p[place] == pytest.approx(INERTIA, rel=0.1)
+    assert (model.base.window > base.window) == (size > 0)
+    assert ("accelerations are noisy" in text) == (size > 0)
+
+
+def wavering(count: int, size: float, rng: np.random.Generator) -> Array:
+    """Errors (count,) [rad] of this RMS, below 25 Hz."""
+    spectrum = np.fft.rfft(rng.standard_normal(count))
+    spectrum[np.fft.rfftfreq(count, TS) > 25.0] = 0.0
+    off = np.fft.irfft(spectrum, count)
+    return np.asarray(size * off / off.std())
 
 
 def test_short_runs_keep_rows_enough() -> None:
