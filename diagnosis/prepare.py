@@ -128,8 +128,9 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
 
 
 def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
-    """A window under which inertias that nobody knows are not smaller than they are."""
-    for window in longer_windows(model, usual):
+    """A window under which inertias that nobody knows are not smaller than they are. Between passes
+    noise makes none smaller, and what grows there is a mechanism that swings."""
+    for window in () if model.noise.repeats else longer_windows(model, usual):
         base = Smoother(window, np.zeros(model.base.n), "").base(model.base)
         again = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
         if longer := outgrown(model, again, usual):

@@ -25,7 +25,7 @@ from flexhex.diagnosis.logs.units import (
     kind_of,
     torque_constant,
 )
-from flexhex.diagnosis.logs.values import clipped, filled, judged, jumps
+from flexhex.diagnosis.logs.values import NEEDED, clipped, filled, judged, jumps
 from flexhex.fmus.common.errors import LogError, unreadable
 
 READERS = {
@@ -39,7 +39,6 @@ READERS = {
     ".mdf": ("extras", "read_mdf"),
     ".mcap": ("mcap", "read_mcap"),
 }
-NEEDED = ("theta", "tau_meas")
 
 
 def read_log(path: str | Path, options: Options | None = None) -> Log:

@@ -120,13 +120,14 @@ def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> 
 
 
 def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:
-    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more, as wide
-    as so few tell."""
+    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more; what is
+    more is as wide as so few tell."""
     squares = []
     for trace, mask in zip(traces, masks, strict=True):
         rows = whiten(trace[:, None], a, max(scale, np.finfo(float).tiny))[settled(mask)]
         squares.append((line(len(rows)).T @ rows[:, 0]) ** 2)
-    return np.asarray(few(len(squares)) * np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
+    more = np.maximum(np.mean(squares, axis=0) - 1.0, 0.0)
+    return np.asarray(np.sqrt(1.0 + few(len(squares)) ** 2 * more))
 
 
 def few(count: int) -> float:

@@ -127,10 +127,10 @@ def selected(
         if wrong:
             kept = [a for a in kept if a not in wrong]
             names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
-            notes.append(f"{names} would fit, but makes the held-out runs worse")
+            notes.append(f"{names} would fit, but the held-out runs become worse")
         else:
             bodies, freed = [], {}
-            notes.append("other parameters would fit, but make the held-out runs worse")
+            notes.append("other parameters would fit, but the held-out runs become worse")
         kept, fit = firm(bench, kept, criteria, freed, listed)
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:

@@ -144,6 +144,24 @@ def test_next_best_name_is_given_where_it_predicts_another_trajectory(
     )
 
 
+@pytest.mark.parametrize(("there", "named"), [(1.0, ["cogging_harmonic"]), (-1.0, [])])
+def test_effect_that_makes_held_out_runs_worse_has_no_name(
+    there: float, named: list[str], tmp_path: Path
+) -> None:
+    """However well two trajectories agree on it."""
+    paths = []
+    for k, (motion, number) in enumerate([*RUNS[:4], (3, 1)]):
+        torque = 0.02 * RMS * np.sin(53.0 * moved(CLOCK, motion)[0])
+        torque *= there if motion == 3 else 1.0
+        paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=torque))
+    base, run_set, _ = run_set_of(paths[:4], paths[4:], None, Options(base="axis"))
+    model, _, _ = fitted(base, run_set.runs)
+    bench = Bench(model, compiled(1, None, model.base.holds))
+    answer = selected(bench, run_set.judged, lambda text: None)
+    assert [effect.id for effect in answer.named] == named
+    assert any("held-out runs become worse" in note for note in answer.notes) == (not named)
+
+
 def one_trajectory(folder: Path, size: Mapping[int, float]) -> tuple[Bench, list[Run]]:
     """Two passes of a motion with a wave of so much of the torque's RMS, and the runs of another
     motion that judge."""
