@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.agreement import axes_agree
 from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
@@ -25,6 +26,8 @@ COARSE, FIRM = 4, 1e-9
 """Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
 SHARP = 0.05
 """Rate, relative to its RMS, at which dry friction is there."""
+HELD = 1e-3
+"""Tolerance of a delay that is held at zero, of the usual one."""
 MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
@@ -36,15 +39,23 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     """Fit the base model: the linear part, then widths and delay by Gauss-Newton.
 
     What the effects that the model has already explain is taken off first. Friction that it does
-    not have looks like a delay: so delay and noise are those beside one.
+    not have looks like a delay: so delay and noise are those beside one. A delay beyond its
+    tolerance of which the axes say nothing in common is none.
     """
-    p, delay = first_guess(base, blocks)
+    model, agreed = _calibrated(base, blocks, 1.0)
+    return model if agreed else _calibrated(base, blocks, HELD)[0]
+
+
+def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Calibrated, bool]:
+    """The same with so much of a delay's tolerance, and whether the axes agree on a longer one."""
+    late = share * base.late * max(block.run.tau.ts for block in blocks)
+    p, delay = first_guess(base, blocks, late)
     fitted = Fitted(
         p,
         np.array([k.nominal for k in base.curved]),
         np.array([k.nominal for k in base.widths]),
         delay,
-        base.late * max(block.run.tau.ts for block in blocks),
+        late,
     )
     flat = Noise.even(base.n, 1.0)
     first = with_friction(about(base, blocks, fitted, flat))
@@ -61,8 +72,9 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         if not more.any():
             break
         misled |= more
+    agreed = abs(rubbed.fitted.delay) <= late or axes_agree(rubbed)
     noise = unweighted(measured(blocks, left), misled)
-    return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
+    return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors), agreed
 
 
 def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
@@ -106,16 +118,17 @@ def friction(blocks: Sequence[Block]) -> list[Array]:
     return columns
 
 
-def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
+def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array, float]:
     """Linear parameters p and delay of the torques [s] to whole samples of the log, from which
     Gauss-Newton steps find the rest: with another delay their columns are turned by a good part of
     a period, and without parameters no torque says how late it is.
 
-    Of all delays within the tolerance the one at which the linear base model and friction leave
-    least, if that is less than half of what they leave without: else something else is missing.
+    Of all delays within `LATEST` tolerances, late [s], the one at which the linear base model and
+    friction leave least, if that is less than half of what they leave without: else something else
+    is missing.
     """
     step = max(block.run.tau.ts for block in blocks)
-    most = int(LATEST * base.late)
+    most = int(LATEST * late / step)
     thin = [replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE]) for b in blocks]
     scale = np.array([k.tolerance for k in base.linear])
     nominal = np.array([k.nominal for k in base.linear])

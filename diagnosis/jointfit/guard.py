@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms, repeat_rms
-from flexhex.diagnosis.jointfit.fit import beside
+from flexhex.diagnosis.jointfit.fit import HELD, beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
@@ -26,8 +26,6 @@ DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
 EXPLAINED = 0.5
 """Part of the squares of all axes' residuals that a delay may leave at most."""
-HELD = 1e-3
-"""Tolerance of a delay that is held at zero, of the usual one."""
 
 
 def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:

@@ -100,7 +100,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     for i in range(n):
         own = [trace[:, i] for trace in traces]
         a[i], scale[i] = _regressed(own, masks, float(white[i]))
-        slow[i] = _slow(own, masks, a[i], scale[i])
+        slow[i] = _slow(own, masks, a[i], scale[i], few(len(own)) if neighbours else 1.0)
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
     return Noise(a, scale, rms, bool(neighbours), slow)
@@ -119,15 +119,17 @@ def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> 
     return np.asarray(a), float(np.sqrt(left + white**2 * (1 + a @ a)))
 
 
-def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:
+def _slow(
+    traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float, wider: float
+) -> Array:
     """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more; what is
-    more is as wide as so few tell."""
+    more is so many times wider, as few tell it."""
     squares = []
     for trace, mask in zip(traces, masks, strict=True):
         rows = whiten(trace[:, None], a, max(scale, np.finfo(float).tiny))[settled(mask)]
         squares.append((line(len(rows)).T @ rows[:, 0]) ** 2)
     more = np.maximum(np.mean(squares, axis=0) - 1.0, 0.0)
-    return np.asarray(np.sqrt(1.0 + few(len(squares)) ** 2 * more))
+    return np.asarray(np.sqrt(1.0 + wider**2 * more))
 
 
 def few(count: int) -> float:

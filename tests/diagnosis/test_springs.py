@@ -79,7 +79,7 @@ def test_constant_torque_beside_friction_bends_no_delay(planar: str, tmp_path: P
         paths.append(plain_csv(tmp_path / f"{motion}{number}.csv", run, **head))
     base, run_set, _ = run_set_of(paths, [], None, Options(base=planar))
     blocks_of = blocks(base, run_set.runs, spacing_for(base, run_set.runs))
-    rough = first_guess(base, blocks_of)
+    rough = first_guess(base, blocks_of, 0.01)
     assert rough[1] == 0.0
     model = calibrate(base, blocks_of)
     assert abs(model.fitted.delay) < 5e-4
