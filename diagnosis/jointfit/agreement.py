@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.design import beside_of
-from flexhex.diagnosis.runs.noise import SURE, few
 
 Array = NDArray[np.float64]
+SURE = 4.0
+"""Standard deviations that their median stands above zero."""
 NORMAL = 1.4826
 """Standard deviation of normal values over the median of their distances from their median."""
 
@@ -44,3 +46,13 @@ def own_delays(model: Calibrated) -> Array:
     B = tuple(beside_of(d.only(kept), c) for d, c in zip(model.B, columns, strict=True))
     regression = replace(model, known=known, scale=scale, B=B).regression
     return np.asarray(regression.q[-n:] * scale[-n:])
+
+
+def few(count: int) -> float:
+    """Factor of a standard deviation that so many squares tell, with which a normal density falls
+    as far at `SURE` deviations as Student's does.
+
+    (count + 1) / 2 log(1 + t^2 / count) = SURE^2 / 2, solved for t / SURE.
+    """
+    t = math.sqrt(count * math.expm1(SURE**2 / (count + 1)))
+    return t / SURE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -18,8 +17,6 @@ ORDER = 2
 """Order of the model that whitens an axis."""
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
-SURE = 4.0
-"""Standard deviations beyond which an offset or slope of runs is no chance."""
 INEXACT = 0.003
 """Error of the model's forms, relative to the torque's RMS: it repeats, and is not seen between
 passes; as white noise, it keeps whitening from trusting what is quieter than the model is good."""
@@ -100,7 +97,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     for i in range(n):
         own = [trace[:, i] for trace in traces]
         a[i], scale[i] = _regressed(own, masks, float(white[i]))
-        slow[i] = _slow(own, masks, a[i], scale[i], few(len(own)) if neighbours else 1.0)
+        slow[i] = _slow(own, masks, a[i], scale[i])
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
     return Noise(a, scale, rms, bool(neighbours), slow)
@@ -119,27 +116,13 @@ def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> 
     return np.asarray(a), float(np.sqrt(left + white**2 * (1 + a @ a)))
 
 
-def _slow(
-    traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float, wider: float
-) -> Array:
-    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more; what is
-    more is so many times wider, as few tell it."""
+def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:
+    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more."""
     squares = []
     for trace, mask in zip(traces, masks, strict=True):
         rows = whiten(trace[:, None], a, max(scale, np.finfo(float).tiny))[settled(mask)]
         squares.append((line(len(rows)).T @ rows[:, 0]) ** 2)
-    more = np.maximum(np.mean(squares, axis=0) - 1.0, 0.0)
-    return np.asarray(np.sqrt(1.0 + wider**2 * more))
-
-
-def few(count: int) -> float:
-    """Factor of a standard deviation that so many squares tell, with which a normal density falls
-    as far at `SURE` deviations as Student's does.
-
-    (count + 1) / 2 log(1 + t^2 / count) = SURE^2 / 2, solved for t / SURE.
-    """
-    t = math.sqrt(count * math.expm1(SURE**2 / (count + 1)))
-    return t / SURE
+    return np.asarray(np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
 
 
 def line(count: int) -> Array:

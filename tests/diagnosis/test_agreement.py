@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import t
 
 from flexhex.diagnosis.jointfit import agreement
-from flexhex.diagnosis.jointfit.agreement import axes_agree, own_delays
+from flexhex.diagnosis.jointfit.agreement import SURE, axes_agree, few, own_delays
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.prepare import Options, run_set_of, spacing_for
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -64,3 +65,10 @@ def test_delay_is_one_that_most_axes_have(
     monkeypatch.setattr(agreement, "own_delays", lambda _: np.array(delays))
     model: Calibrated = None  # type: ignore[assignment]
     assert axes_agree(model) == agreed
+
+
+@pytest.mark.parametrize("count", [1, 2, 6, 40])
+def test_few_values_say_little_of_how_far_they_lie_apart(count: int) -> None:
+    """What is `SURE` deviations off is so by Student's distribution, too."""
+    far = few(count) * SURE
+    assert t.logpdf(0, count) - t.logpdf(far, count) == pytest.approx(SURE**2 / 2)

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import t
 
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import torque_at
-from flexhex.diagnosis.runs.noise import INEXACT, SURE, few, line, measured
+from flexhex.diagnosis.runs.noise import INEXACT, line, measured
 from flexhex.diagnosis.runs.rests import moving
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
@@ -105,13 +104,6 @@ def test_offsets_of_runs_are_noise_of_runs_alone(tmp_path: Path) -> None:
     rows = {k: [np.ones((len(b.at), 1)) for b in m.blocks] for k, m in models.items()}
     sure = {k: np.linalg.norm(m.white(0, rows[k])) for k, m in models.items()}
     assert sure["own"] < 0.3 * sure["none"]
-
-
-@pytest.mark.parametrize("count", [1, 2, 6, 40])
-def test_few_runs_say_little_of_the_noise_of_their_offsets(count: int) -> None:
-    """What is `SURE` deviations off is so by Student's distribution, too."""
-    far = few(count) * SURE
-    assert t.logpdf(0, count) - t.logpdf(far, count) == pytest.approx(SURE**2 / 2)
 
 
 def test_line_is_orthonormal() -> None:
