@@ -29,7 +29,8 @@ def measured(e: Estimate) -> str:
     if math.isinf(half):
         return f"{number(e.value)}{unit} (not determined)"
     if not half > 0:
-        return number(e.value) + unit
+        whole = e.value == round(e.value) and abs(e.value) < 1000
+        return (f"{e.value:.0f}" if whole else number(e.value)) + unit
     lopsided = abs(high + low - 2 * e.value) > 0.2 * (high - low)
     place = -math.floor(math.log10(half)) + (f"{half:e}"[0] == "1")
     ten = math.floor(math.log10(max(abs(e.value), half)))

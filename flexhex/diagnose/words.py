@@ -122,6 +122,8 @@ def _held_out(diagnosis: Diagnosis) -> list[str]:
     if not squares[1] - squares[2] > (squares[0] - squares[2]) / 2 > 0:
         return []
     left, whole = (amount(residual, v, at) for v in (after, before))
+    if squares[1] > squares[0]:
+        return [f"On the held-out runs it is worse: {left} RMS remains, {whole} before."]
     return [f"On the held-out runs {left} RMS of {whole} remains."]
 
 

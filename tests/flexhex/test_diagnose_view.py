@@ -64,6 +64,7 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
         (3.7e-5, 3e-6, "rad/N m", "(3.7 ± 0.3)e-5 rad/N m"),
         (-2e-6, 3e-4, "s", "(0 ± 3)e-4 s"),
         (0.5, math.nan, "s", "0.500 s"),
+        (3.0, 0.0, "1", "3"),
     ],
 )
 def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, text: str) -> None:

@@ -58,6 +58,14 @@ def test_what_held_out_runs_contradict_is_said_at_once(left: float, reported: bo
     assert not reported or f"{number(0.8 * before[2])} N m RMS of {number(before[2])} N m" in text
 
 
+def test_held_out_runs_that_become_worse_are_said_to() -> None:
+    before = BASIC.residual.held_out["before"]
+    held_out = {"before": before, "after": 1.5 * before, "non_repeatable": 0.05 * before}
+    text = verdict(replace(BASIC, residual=replace(BASIC.residual, held_out=held_out)))
+    was, now = (number(k * before[2]) for k in (1.0, 1.5))
+    assert f"On the held-out runs it is worse: {now} N m RMS remains, {was} N m before." in text
+
+
 def test_reason_that_asks_ends_as_it_does() -> None:
     asking = replace(CANNOT, notes=("other units?",))
     assert verdict(asking).endswith("lacks an effect. Other units?")
