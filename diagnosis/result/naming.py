@@ -29,7 +29,9 @@ def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
     for name, places in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):
         parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors[k])) for k in places]
         axes = tuple(sorted({axis for axis, _ in parts if axis}))
-        others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
+        # what is named on these very axes is none of them, what is on others may be
+        places_of = {r: {_axis(fit.parts[k]) for k in grouped.get(r, ())} for r in rivals[name]}
+        others = tuple(r for r, there in places_of.items() if not there >= {a for a, _ in parts})
         named.append(
             Named(
                 name,

@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.result.naming import named_of
+from tests.diagnosis import two_links
+from tests.diagnosis.synthetic import plain_csv
+from tests.diagnosis.test_payloads_arm import planar
 from tests.diagnosis.test_selection import RMS, bench_of
 
 Array = NDArray[np.float64]
+__all__ = ["planar"]
 
 
 def friction_and_wave(q: Array, v: Array, a: Array) -> Array:
@@ -46,3 +53,28 @@ def test_interval_of_a_positive_value_does_not_go_below_zero(tmp_path: Path) -> 
     assert effect.parameters["s_0"].ci95[0] == 0.0
     assert effect.parameters["F_c"].ci95[1] == pytest.approx(2.96 * fit.beta[0][0])
     assert lost.parameters["s_0"].ci95 == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize(("axes", "rivals"), [((1,), ("coulomb_friction",)), ((0, 1), ())])
+def test_name_on_another_axis_may_be_the_right_one_here(
+    axes: tuple[int, ...], rivals: tuple[str, ...], planar: str, tmp_path: Path
+) -> None:
+    """What the same axis has beside is no other name for it."""
+    paths = []
+    for motion, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        run = two_links.run(motion, number, 0.0, (0.0, 0.0))
+        rate = two_links.moved(run["time"], motion)[1]
+        run["tau_meas"] += np.tanh(rate / 1e-3) + np.array([1.0, 0.0])
+        head = {"trajectory": str(motion), "pass": str(number)}
+        paths.append(plain_csv(tmp_path / f"{motion}{number}.csv", run, **head))
+    base, run_set, _ = run_set_of(paths, [], None, Options(base=planar))
+    model, _, _ = fitted(base, run_set.runs)
+    bench = Bench(model, compiled(2, None, model.base.holds))
+    friction = tuple(Part.of(bench, "coulomb_friction", axis, {"s_0": 1e-4}) for axis in axes)
+    offset = Part.of(bench, "torque_offset", 0, {})
+    effects = [
+        SelectedEffect("coulomb_friction", friction, ()),
+        SelectedEffect("torque_offset", (offset,), ("coulomb_friction",)),
+    ]
+    named = {effect.id: effect for effect in named_of(joint(bench, effects), [0.0] * 3)}
+    assert named["torque_offset"].rivals == rivals
