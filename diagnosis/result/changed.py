@@ -74,7 +74,7 @@ def _with_heavier(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Sequence[
 
 def payload_changes(fit: Joint) -> list[Changed]:
     """Every payload that only the runs show: mass and centre where the runs determine them; of
-    axes without a known mechanism the parameters that it adds to."""
+    axes without a known mechanism the parameters that it surely adds to."""
     model, changes = fit.bench.model, list[Changed]()
     for load in model.loads:
         if load.bit is None:
@@ -93,7 +93,7 @@ def _payload(load: Load, value: Array, covariance: Array, reach: float) -> list[
     sure = np.abs(value) > NORMAL * deviation
     units = [known.unit for known in load.known]
     if not np.isfinite(reach) or not sure[units.index("kg")]:
-        shown = np.flatnonzero(sure) if sure.any() else [0]
+        shown = np.flatnonzero(sure)
         return [_change(load.known[k].name, 0.0, value[k], deviation[k], units[k]) for k in shown]
     m = units.index("kg")
     mass = float(value[m])
