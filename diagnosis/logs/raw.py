@@ -104,6 +104,20 @@ def without_absurd(table: Table) -> list[Finding]:
     return findings
 
 
+def remedy(suffix: str) -> str:
+    """What mends a kind of file that is not read."""
+    ways = {
+        ".db3": "`ros2 bag convert` makes a .mcap of a ROS 2 bag",
+        ".bag": "`rosbags-convert` (PyPI: rosbags) makes a .mcap of a ROS 1 bag",
+        ".npz": "write its arrays as columns of a CSV, names and units above (docs/diagnose.md)",
+        ".npy": "write its columns as a CSV, names and units above (docs/diagnose.md)",
+        ".pkl": "write its arrays as columns of a CSV, names and units above (docs/diagnose.md)",
+        ".xlsx": "save the sheet as CSV",
+    }
+    others = "write CSV or HDF5 (.csv, .h5), or .mat, .parquet, .mf4, .mcap"
+    return ways.get(suffix.lower(), others)
+
+
 def split_unit(name: str) -> tuple[str, str]:
     """`theta[1] [deg]` and `theta (deg)` as name and unit; "" when it tells none."""
     match = _UNIT.match(name)

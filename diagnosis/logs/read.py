@@ -13,7 +13,7 @@ from flexhex.diagnosis.logs.clocks import compared
 from flexhex.diagnosis.logs.delay import delays
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.rates import judged_rates
-from flexhex.diagnosis.logs.raw import Raw, Table, texts, without_absurd
+from flexhex.diagnosis.logs.raw import Raw, Table, remedy, texts, without_absurd
 from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.units import (
     SI,
@@ -48,10 +48,7 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
         missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
         raise LogError(unreadable(path, missing))
     if path.suffix.lower() not in READERS:
-        raise LogError(
-            f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5), or .mat,"
-            " .parquet, .mf4, .mcap"
-        )
+        raise LogError(f"{path}: unknown kind {path.suffix!r}; {remedy(path.suffix)}")
     module, function = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)
     try:

@@ -18,16 +18,8 @@ from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]
 COUNTED = (
-    "harmonic",
-    "lag",
-    "delay",
-    "force",
-    "mode",
-    "hysteresis",
-    "base",
-    "ring",
-    "joint",
-    "limit",
+    *("harmonic", "lag", "delay", "force", "mode"),
+    *("hysteresis", "base", "ring", "joint", "limit"),
 )
 """Last words of titles that want an article."""
 
@@ -122,9 +114,9 @@ def _held_out(diagnosis: Diagnosis) -> list[str]:
     if not squares[1] - squares[2] > (squares[0] - squares[2]) / 2 > 0:
         return []
     left, whole = (amount(residual, v, at) for v in (after, before))
-    if squares[1] > squares[0]:
-        return [f"On the held-out runs it is worse: {left} RMS remains, {whole} before."]
-    return [f"On the held-out runs {left} RMS of {whole} remains."]
+    text = f"{left} RMS of {whole} remains"
+    worse = f"it is worse: {left} RMS remains, {whole} before"
+    return [f"On the held-out runs {worse if squares[1] > squares[0] else text}."]
 
 
 def _ambiguous(diagnosis: Diagnosis) -> str:
