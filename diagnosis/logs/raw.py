@@ -86,14 +86,16 @@ def without_absurd(table: Table) -> list[Finding]:
     """Values that nothing can have become NaN, with a finding for each channel."""
     findings = []
     for name, values in {"time": table.time, **table.values}.items():
-        if max(np.fmax.reduce(values, axis=None), -np.fmin.reduce(values, axis=None)) < ABSURD:
+        ends = (of.reduce(values, axis=None, initial=0.0) for of in (np.fmax, np.fmin))
+        if max(map(abs, ends)) < ABSURD:
             continue
         absurd = np.abs(values) >= ABSURD
         first = tuple(int(k) for k in np.argwhere(absurd)[0])
         at = f"{name}[{first[1] + 1}]" if len(first) > 1 and values.shape[1] > 1 else name
+        more = f" ({absurd.sum()} such values)" if absurd.sum() > 1 else ""
         text = (
-            f"{at} is {values[first]:.3g} in sample {first[0] + 1}, {absurd.sum()} values of {name}"
-            " are such: taken as missing; was the file damaged, or written while it was read?"
+            f"{at} is {values[first]:.3g} in sample {first[0] + 1}{more}: taken as missing; was the"
+            " file damaged, or written while it was read?"
         )
         findings.append(Finding("nan", table.where, text, True))
         cleaned = np.where(absurd, np.nan, values)

@@ -55,6 +55,15 @@ def test_value_that_nothing_can_have_is_missing(tmp_path: Path) -> None:
     assert not read["theta"].valid[200]
 
 
+def test_channel_without_any_number_is_refused_or_left_out(tmp_path: Path) -> None:
+    run = motion()
+    nothing = np.full_like(run["theta"], np.nan)
+    log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": nothing}))
+    assert "r holds no numbers" in finding(log, "nan").text
+    with pytest.raises(LogError, match="theta holds no sample in which all axes are numbers"):
+        read_log(plain_csv(tmp_path / "b.csv", {**run, "theta": nothing}))
+
+
 def test_dropped_samples_leave_the_others_in_their_place(tmp_path: Path) -> None:
     run = motion()
     lost = np.r_[500:503, 2000, 2002]
