@@ -30,7 +30,8 @@ LONGER, LONGEST = 1.25, 8.0
 """The window grows by this factor until it is long enough, or this many times what it was."""
 TWICE, GROWS, SURELY = 2.0, 1.1, 4.0
 """Under a window so many times as long a fitted inertia grows by this factor at least, by so many
-standard deviations, where noise of the acceleration made it too small."""
+standard deviations, where noise of the acceleration made it too small. A motor's logs with wrong
+times have the same window with any of 1.05 to 1.5 and of 2 to 8."""
 SPARE = 0.8
 """Share of a run that rows at their least number may use up; windows at its ends take some."""
 SAMPLES = 50
