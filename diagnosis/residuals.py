@@ -76,15 +76,16 @@ def residual_of(before: Before, side: Side) -> Residual:
 
 
 def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:
-    """A sentence for each axis on which offsets and slopes of whole runs repeat by more than all
-    that does not repeat. rests: RMS of what repeats beside them, by axis (from 0)."""
-    sentences = list[str]()
+    """A sentence on the axes on which offsets and slopes of whole runs repeat by more than all that
+    does not repeat, or none. rests: RMS of what repeats beside them, by axis (from 0)."""
+    sizes = dict[int, float]()
     for i, rest in rests.items():
         left = float(np.sqrt(max(residual.repeatable_after[i] ** 2 - rest**2, 0.0)))
         if left > max(residual.non_repeatable[i], USUAL.smallest_rest * residual.torque[i]):
-            sentences.append(
-                f"axis {i + 1}: an offset or slope of whole runs is left, {left:.2g}"
-                f" {residual.units[i]}: a drift between them, or something slow that the model"
-                " lacks"
-            )
-    return sentences
+            sizes[i] = left
+    axes = ", ".join(str(i + 1) for i in sizes)
+    listed = ", ".join(f"{left:.2g} {residual.units[i]}" for i, left in sizes.items())
+    why = "a drift between them, or something slow that the model lacks"
+    one = f"axis {axes}: an offset or slope of whole runs is left, {listed}: {why}"
+    several = f"axes {axes}: offsets or slopes of whole runs are left, {listed}: {why}"
+    return [one if len(sizes) == 1 else several] if sizes else []

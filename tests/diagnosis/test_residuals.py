@@ -25,3 +25,10 @@ def test_offset_of_whole_runs_is_reported_where_it_is_more_than_noise() -> None:
     assert not slow(residual(repeats=0.5), {0: 0.5, 1: 0.0}), "all of it is found by the search"
     assert not slow(residual(repeats=0.08), {0: 0.0, 1: 0.0}), "noise"
     assert not slow(residual(repeats=np.nan), {0: 0.0, 1: 0.0}), "no repeats"
+
+
+def test_offsets_of_several_axes_are_one_sentence() -> None:
+    both = residual(repeats=0.5)
+    both.repeatable_after[1] = 0.3
+    (text,) = slow(both, {0: 0.3, 1: 0.0})
+    assert text.startswith("axes 1, 2: offsets or slopes of whole runs are left, 0.4 N m, 0.3 N m:")
