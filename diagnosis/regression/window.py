@@ -122,9 +122,10 @@ def outgrown(model: Calibrated, again: Calibrated, usual: float) -> Smoother | N
         deviation = again.scale[place] * float(np.sqrt(again.regression.covariance[place, place]))
         if after > GROWS * max(before, 0.0) and after - before > SURELY * deviation:
             window = again.base.window
+            name = f"{known.group} of axis {(known.axis or 0) + 1}"
             text = (
-                f"the {known.group} of axis {(known.axis or 0) + 1} is {before:.2g} {known.unit}"
-                f" under {1e3 * model.base.window:.0f} ms of smoothing and {after:.2g} under"
+                f"the fitted {name} is {before:.2g} {known.unit} under"
+                f" {1e3 * model.base.window:.0f} ms of smoothing and {after:.2g} under"
                 f" {1e3 * window:.0f}: accelerations are noisy, smoothed longer than the usual"
                 f" {1e3 * usual:.0f} ms"
             )

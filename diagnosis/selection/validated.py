@@ -36,7 +36,7 @@ def validated(
     accepted: Sequence[Accepted],
     others: Elsewhere | None,
     criteria: Criteria,
-    rounds: Sequence[Sequence[Score]] = (),
+    rounds: Sequence[Sequence[Score]],
 ) -> list[Accepted]:
     """Effects that explain on held-out runs, too, what they explain on the others, each beside
     those that were accepted before it. What is found on an only trajectory, or where nothing is run
@@ -65,13 +65,12 @@ def options(
 ) -> Iterator[Accepted]:
     """What was accepted, then what would have been in its round without those before it."""
     yield accepted
-    name, scores = accepted.score.hypothesis, rounds[accepted.round - 1] if rounds else ()
+    first = accepted.score.hypothesis
     left = [
         s
-        for s in scores
-        if isinstance(s.hypothesis, EffectHypothesis)
-        and (s.hypothesis.axis, s.hypothesis.id != name.id) == (name.axis, True)
-        and shown(s, criteria)
+        for s in rounds[accepted.round - 1]
+        if isinstance(s.hypothesis, EffectHypothesis) and shown(s, criteria)
+        if s.hypothesis.axis == first.axis and s.hypothesis.id != first.id
     ]
     while left:
         yield (option := simplest(left[0], left, accepted.round, criteria))

@@ -24,6 +24,7 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
+from flexhex.diagnosis.selection.validated import refuted
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
@@ -160,6 +161,24 @@ def test_effect_that_makes_held_out_runs_worse_has_no_name(
     answer = selected(bench, run_set.judged, lambda text: None)
     assert [effect.id for effect in answer.named] == named
     assert any("held-out runs become worse" in note for note in answer.notes) == (not named)
+
+
+@pytest.mark.parametrize(
+    ("after", "axes", "whole"),
+    [((1.0, 1.0), [], False), ((2.0, 0.1), [0], False), ((0.9, 2.0), [1], True)],
+)
+def test_parameters_are_judged_on_all_axes_together(
+    after: tuple[float, float], axes: list[int], whole: bool
+) -> None:
+    """Each relative to its torque: the first has ten times that of the second."""
+    block = SimpleNamespace(usable=np.ones(4, dtype=bool))
+    left: Any = SimpleNamespace(
+        blocks=[block],
+        residual=lambda parts, beta, q: [np.ones((4, 2)) * (after if q == "fitted" else 1.0)],
+    )
+    model = SimpleNamespace(torque_rms=np.array([10.0, 1.0]), regression=SimpleNamespace(q="own"))
+    fit: Any = SimpleNamespace(bench=SimpleNamespace(model=model), parts=(), beta=(), q="fitted")
+    assert refuted(fit, left) == (axes, whole)
 
 
 def one_trajectory(folder: Path, size: Mapping[int, float]) -> tuple[Bench, list[Run]]:
