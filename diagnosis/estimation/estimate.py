@@ -222,7 +222,7 @@ def _levelled(model: Calibrated) -> tuple[Regression, float]:
 
 def _finished(fit: _Fit, more: Extras) -> Estimated:
     model, regression, values = fit.model, fit.regression, fit.values
-    curvature = (np.diag(regression.prior) + regression.gram[0]) / fit.level
+    curvature = (np.diag(regression.prior) + regression.gram[0] + regression.firm) / fit.level
     result, wrong = possible_values(model, values, curvature)
     spread = _covariance(fit) * np.outer(model.scale, model.scale)
     return Estimated(

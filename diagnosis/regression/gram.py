@@ -10,6 +10,8 @@ UNKNOWN = 1e-10
 """Relative curvature below which a direction is not determined."""
 ABSORBED = 1e-5
 """Share of a column's square below which the base model explains all of it."""
+WEAK = 0.1
+"""Share of a column's square that must repeat from pass to pass: products of less are chance."""
 
 
 def safe_gram(S: Array, own: Array) -> Array:
@@ -45,3 +47,19 @@ def safe_inverse(G: Array, prior: Array) -> Array:
     inverse = np.where(safe > UNKNOWN, 1 / np.maximum(safe, UNKNOWN), 0.0)
     kept = vectors / size[:, None]
     return np.asarray((kept * inverse) @ kept.T)
+
+
+def undetermined(G: Array, E: Array) -> Array:
+    """Curvature (nb, nb) to add to G where noise alone moves columns, zero elsewhere.
+
+    G, E (nb, nb): products of columns between passes and within them, E semidefinite. In the
+    directions v'Gv < WEAK v'Ev the products between passes are chance, of about nothing, and a
+    coefficient may be anything: with those within passes beside them it is small.
+    """
+    size = np.sqrt(np.maximum(np.diag(E), 1e-300))
+    values, vectors = np.linalg.eigh(E / np.outer(size, size))
+    there = values > UNKNOWN
+    whitened = vectors[:, there] / np.sqrt(values[there]) / size[:, None]
+    shares, turned = np.linalg.eigh(whitened.T @ G @ whitened)
+    lost = E @ whitened @ turned[:, shares < WEAK]
+    return np.asarray(lost @ lost.T)

@@ -10,12 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.regression.design import Design
-from flexhex.diagnosis.regression.gram import inverted, is_left, safe_gram, safe_inverse
+from flexhex.diagnosis.regression.gram import (
+    WEAK,
+    inverted,
+    is_left,
+    safe_gram,
+    safe_inverse,
+    undetermined,
+)
 from flexhex.diagnosis.regression.layout import Layout
 
 Array = NDArray[np.float64]
-WEAK = 0.1
-"""Share that must repeat of what the base model leaves of a column: products of less are chance."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,8 @@ class Regression:
 
     drifting: candidates change from pass to pass, and are their own partners; the base model's
     columns are not, as the noise in them is no drift. known: B^T B and B^T y between passes, where
-    they have been computed already.
+    they have been computed already; held: curvature (nb, nb) where noise alone moves the columns,
+    likewise.
     """
 
     y: Array
@@ -59,6 +65,7 @@ class Regression:
     prior: Array
     layout: Layout
     known: tuple[Array, Array] | None = None
+    held: Array | None = None
     drifting: bool = False
 
     @cached_property
@@ -74,6 +81,20 @@ class Regression:
                 b[place] += other.T @ self.y[self.layout.rows(i)]
         return (G + G.T) / 2, b
 
+    @cached_property
+    def firm(self) -> Array:
+        """Curvature (nb, nb) beside the products between passes, where noise alone moves columns of
+        free parameters: these stay where they are. Others are held by what is known of them."""
+        if self.held is not None:
+            return self.held
+        G, free = self.gram[0], np.flatnonzero(self.prior == 0)
+        if not len(free):
+            return np.zeros_like(G)
+        own, firm = np.ix_(free, free), np.zeros_like(G)
+        within = sum(self.B.squares(i) for i in range(self.layout.n))
+        firm[own] = undetermined(G[own], np.asarray(within)[own])
+        return firm
+
     def _other(self, values: Array, axis: int | None = None) -> Array:
         """Candidates or what is left, rows of an axis or all, of the other pass."""
         return values if self.drifting else self.layout.across(values, axis)
@@ -82,7 +103,7 @@ class Regression:
     def covariance(self) -> Array:
         """Of the coefficients (nb, nb) for noise of unit variance: (B^T B + prior)^-1, made safe
         where noise left less than the prior itself."""
-        return safe_inverse(self.gram[0] + np.diag(self.prior), self.prior)
+        return safe_inverse(self.gram[0] + self.firm + np.diag(self.prior), self.prior)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
@@ -115,13 +136,14 @@ class Regression:
             return self
         prior = self.prior.copy()
         prior[list(freed)] = list(freed.values())
-        return replace(self, prior=prior, known=self.gram)
+        return replace(self, prior=prior, known=self.gram, held=self.firm)
 
     def only(self, kept: NDArray[np.int64]) -> Regression:
         """With some of the base columns."""
         G, b = self.gram
-        known = G[np.ix_(kept, kept)], b[kept]
-        return replace(self, B=self.B.only(kept), prior=self.prior[kept], known=known)
+        own = np.ix_(kept, kept)
+        fewer, prior = self.B.only(kept), self.prior[kept]
+        return replace(self, B=fewer, prior=prior, known=(G[own], b[kept]), held=self.firm[own])
 
     def extended(self, columns: list[Columns]) -> Regression:
         """With further columns, free of any prior."""
@@ -132,7 +154,8 @@ class Regression:
         right = np.concatenate([b, other.T @ self.y])
         more = {i: C[self.layout.rows(i)] for i in range(self.layout.n)}
         B, prior = self.B.beside(more, C.shape[1]), np.append(self.prior, np.zeros(C.shape[1]))
-        return replace(self, B=B, prior=prior, known=(whole, right))
+        held = np.pad(self.firm, (0, C.shape[1]))
+        return replace(self, B=B, prior=prior, known=(whole, right), held=held)
 
     def spread(self, columns: Columns) -> Array:
         """Columns (R, k) of all rows."""

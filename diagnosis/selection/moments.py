@@ -225,6 +225,8 @@ class Moments:
         """The fit to all folds but one."""
         if left not in self.fits:
             G, b = self.gram(left)
+            nb = self.rows.nb
+            G[:nb, :nb] += self.rows.firm
             fit = Solved(b, *_factor(G, self.prior))
             self.fits[left] = replace(fit, q=fit.solve(b))
         return self.fits[left]

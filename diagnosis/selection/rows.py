@@ -26,7 +26,7 @@ class Rows:
     moving[i] (R,): 1 where the axis moves, 0 where it rests and a row says nothing. fold (R,):
     trajectory, or stretch of an only one. twins (R, R): the mean of the same instant's other
     passes, symmetric and within a fold; a row that has none is its own. prior (nb,): inverse
-    variance of q; torque_rms (n,) [N m].
+    variance of q; firm (nb, nb): curvature where noise alone moves B; torque_rms (n,) [N m].
     """
 
     model: Calibrated
@@ -38,6 +38,7 @@ class Rows:
     fold: Index
     twins: csr_array
     prior: Array
+    firm: Array
     torque_rms: Array
 
     @staticmethod
@@ -60,6 +61,7 @@ class Rows:
             layout.fold[own],
             twins,
             white.prior,
+            white.firm,
             model.torque_rms,
         )
 

@@ -185,6 +185,29 @@ def test_parameters_without_data_stay_where_they_are() -> None:
     assert fitted.q == pytest.approx([3.0, 0.0], abs=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_parameters_that_noise_alone_moves_stay_where_they_are(seed: int) -> None:
+    """A joint that does not move has columns of noise: products between passes of about nothing,
+    by which a free parameter is anything."""
+    rows = layout()
+    rng = np.random.default_rng([13, seed])
+    B = signals(rows, 3, seed)
+    B[:, 1] = rng.standard_normal(len(B))
+    # two columns that only noise tells apart: their sum is determined, their difference is not
+    B[:, 2] = B[:, 0] + 1e-3 * rng.standard_normal(len(B))
+    y = B[:, 0] * 3.0 + rng.standard_normal(len(B))
+    fitted = Regression(y, design(B, rows), np.zeros(3), rows)
+    q = fitted.q
+    # chance, as in 1200 rows of unit noise
+    assert abs(q[1]) < 5 / np.sqrt(len(B))
+    assert q[0] + q[2] == pytest.approx(3.0, abs=0.15)
+    assert abs(q[0] - q[2]) * 1e-3 < 5 / np.sqrt(len(B))
+    assert fitted.residual.std() == pytest.approx(1.0, rel=0.05)
+    # what repeats is as it was
+    clean = Regression(y, design(B[:, :1], rows), np.zeros(1), rows)
+    assert not clean.firm.any()
+
+
 def test_strain_is_what_tolerances_are_left_by() -> None:
     rows = layout()
     B = signals(rows, 2, 1)

@@ -41,7 +41,8 @@ def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
     model: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
     alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y)),), Design.of([B])
-    return Rows(model, (y,), design, (y,), design, moves, fold, alone, prior, np.array([2.0]))
+    firm, torque = np.zeros((len(prior), len(prior))), np.array([2.0])
+    return Rows(model, (y,), design, (y,), design, moves, fold, alone, prior, firm, torque)
 
 
 def effect_of(columns: Array) -> EffectHypothesis:
