@@ -14,8 +14,8 @@ from math import ceil
 import numpy as np
 from scipy.signal import correlate
 
-from flexhex.diagnosis.logs.groups import ALIKE, COARSE, STEPS, coarse, group_runs, nearer
-from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log
+from flexhex.diagnosis.logs.groups import ALIKE, STEPS, group_runs, nearer
+from flexhex.diagnosis.logs.log import COARSE, Array, Channel, Finding, Log
 
 DIFFERS = 0.25
 """Relative mean square difference that a motion must have from itself before it comes again."""
@@ -65,7 +65,7 @@ def cycles(log: Log) -> list[Log]:
 
 def _period(channel: Channel, alike: float) -> float | None:
     """Period of a motion [s], to a fraction of a sample; None where it does not repeat."""
-    values = coarse(channel)
+    values = channel.coarse
     if len(values) < 8 or not values.any():
         return None
     apart = _apart(values)

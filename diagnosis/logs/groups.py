@@ -12,11 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import correlate
 
-from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log
-from flexhex.diagnosis.reversals import angle_noise
+from flexhex.diagnosis.logs.log import COARSE, POINTS, Array, Channel, Finding, Log
 
-COARSE = 0.005
-"""Sample time [s] at which runs are compared."""
 ALIKE = {"r": 0.02, "theta": 0.05}
 """Largest relative difference of two passes."""
 OVERLAP = 0.5
@@ -24,11 +21,6 @@ OVERLAP = 0.5
 STEPS = 8
 NEAR = 20
 """Samples beside a coarse minimum among which the best is taken."""
-POINTS = 20_000
-"""Samples of a run that are compared at most: noise of 1e-3 of the motion, averaged over so many,
-moves a shift by hundredths of a sample."""
-MOVES = 8.0
-"""Standard deviations of its noise beyond which a signal moves: noise is no motion."""
 OTHER_UNIT = 20.0
 """Ratio of two passes' torques that no machine makes, but another unit does."""
 
@@ -179,7 +171,7 @@ def shift_of(a: Channel, b: Channel, alike: float) -> float | None:
 
     alike: largest rms(a - b) / rms(a) over the overlap.
     """
-    first, second = coarse(a), coarse(b)
+    first, second = a.coarse, b.coarse
     if min(len(first), len(second)) < 4 or not first.any() or not second.any():
         return None
     lag = _lag(first, second)
@@ -193,17 +185,6 @@ def shift_of(a: Channel, b: Channel, alike: float) -> float | None:
             break
     _, apart = nearer(a, b, shift)
     return shift if apart is not None and apart < alike else None
-
-
-def coarse(channel: Channel) -> Array:
-    """Samples every COARSE s from t0 on, mean removed (samples, width)."""
-    time = channel.time
-    grid = np.arange(time[0], time[-1] + 0.5 * channel.ts, COARSE)
-    columns = [np.interp(grid, time, column) for column in channel.values.T]
-    values = np.column_stack(columns)
-    values -= values.mean(axis=0)
-    noise = angle_noise(channel.values[:POINTS])
-    return values if (np.abs(values).max(axis=0) > MOVES * noise).any() else np.zeros_like(values)
 
 
 def _lag(a: Array, b: Array) -> int:

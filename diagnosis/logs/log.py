@@ -4,17 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.kinds import Kinds
+from flexhex.diagnosis.reversals import angle_noise
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 MEMORY = 400e6
 """Bytes of samples that one log may take before stretches are left out."""
+COARSE = 0.005
+"""Sample time [s] at which runs are compared."""
+POINTS = 20_000
+"""Samples of a run that are compared at most: noise of 1e-3 of the motion, averaged over so many,
+moves a shift by hundredths of a sample."""
+MOVES = 8.0
+"""Standard deviations of its noise beyond which a signal moves: noise is no motion."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,18 @@ class Channel:
         for index, skipped in self.breaks:
             time[index:] += skipped
         return np.asarray(time)
+
+    @cached_property
+    def coarse(self) -> Array:
+        """Samples every COARSE s from t0 on, mean removed (samples, width); zeros where nothing
+        moves."""
+        time = self.time
+        grid = np.arange(time[0], time[-1] + 0.5 * self.ts, COARSE)
+        values = np.column_stack([np.interp(grid, time, column) for column in self.values.T])
+        values -= values.mean(axis=0)
+        noise = angle_noise(self.values[:POINTS])
+        moves = (np.abs(values).max(axis=0) > MOVES * noise).any()
+        return values if moves else np.zeros_like(values)
 
     @property
     def width(self) -> int:
