@@ -43,8 +43,6 @@ from flexhex.fmus.common.effects import library
 Array = NDArray[np.float64]
 DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
-FIRM = 1e-9
-"""Variance of a random walk at its start, relative to that at its end."""
 SLOWER = 8.0
 """So much longer than usual torque and columns are smoothed for them."""
 
@@ -77,28 +75,30 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         if good and shown(good[0], criteria):
             kept.append(simplest(good[0], good, 1, criteria))
     kept, fit = firm(bench, one_cause(kept), criteria)
-    if not kept:
+    named = named_of(fit, errors_of(kept, criteria))
+    if not named:
         return []
     others = None
     if judged:
         others = Elsewhere(fit.bench, blocks(model.base, judged, model.spacing, JUDGED))
-    return [Side(fit, others, tuple(named_of(fit, errors_of(kept, criteria))))]
+    return [Side(fit, others, tuple(named))]
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
-    """An offset of its own for each run."""
+    """An offset of all runs, and one of its own for each."""
     count = len(rows.model.blocks)
     own = [
         np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
         for k, block in enumerate(rows.model.blocks)
     ]
     columns = ColumnsByAxis({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
-    return nameless(axis, "offsets", columns, (np.eye(count),))
+    ways = np.linalg.cholesky(np.ones((count, count)) + np.eye(count))
+    return nameless(axis, "offsets", columns, (np.asarray(ways),))
 
 
 def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
-    """A random walk of the offset, from run to run and within each: a straight line from the start
-    of a run to its end, and to the next one's."""
+    """A random walk of the offset, from anywhere, from run to run and within each: a straight line
+    from the start of a run to its end, and to the next one's."""
     runs = [block.run for block in rows.model.blocks]
     clocks = [b.at + b.run.shift - b.run.motion.t0 + b.run.start for b in rows.model.blocks]
     ends = [t for run in runs for t in (run.start, run.start + run.motion.ts * len(run.valid))]
@@ -110,7 +110,7 @@ def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
     ]
     columns = ColumnsByAxis({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
     far = np.minimum.outer(knots, knots) / knots[-1]
-    return nameless(axis, "walk", columns, (np.linalg.cholesky(far + FIRM * np.eye(len(knots))),))
+    return nameless(axis, "walk", columns, (np.linalg.cholesky(1.0 + far),))
 
 
 def without(fit: Joint, drift: Joint) -> Calibrated:

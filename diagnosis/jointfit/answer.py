@@ -31,8 +31,8 @@ class Joint:
     parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
     deviation and shape_deviation: standard deviations of gains and shapes; bent: how far an error
     of the form as large as the effect moves each shape; sure: in how many deviations the gains of a
-    part stand above zero together; q: coefficients of the base columns; freed:
-    inverse variances of base parameters that left their tolerances, by place.
+    part stand above zero together, further: its gains but the first; q: coefficients of the base
+    columns; freed: inverse variances of base parameters that left their tolerances, by place.
     """
 
     bench: Bench
@@ -42,6 +42,7 @@ class Joint:
     shape_deviation: tuple[dict[str, float], ...]
     bent: tuple[dict[str, float], ...]
     sure: tuple[float, ...]
+    further: tuple[float, ...]
     q: Array
     freed: Mapping[int, float] = field(default_factory=dict)
 
@@ -108,7 +109,7 @@ def joint(
     regression = bench.model.regression.loosened(freed)
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
-        return Joint(bench, (), (), (), (), (), (), regression.q, freed)
+        return Joint(bench, (), (), (), (), (), (), (), regression.q, freed)
     shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
@@ -120,10 +121,14 @@ def joint(
     places = np.split(np.arange(edges[-1]), edges[:-1])
     gains, deviation = (tuple(v[k] for k in places) for v in (beta, deviations.gains))
     blocks = [deviations.covariance[np.ix_(k, k)] for k in places]
-    sure = map(_sure, gains, deviation, blocks)
+    sure = tuple(map(_sure, gains, deviation, blocks))
+    further = tuple(
+        _sure(g[1:], d[1:], block[1:, 1:])
+        for g, d, block in zip(gains, deviation, blocks, strict=True)
+    )
     shapes, bent = tuple(deviations.shapes), tuple(deviations.bent)
     regrouped = _regrouped(effects, parts)
-    return Joint(bench, regrouped, gains, deviation, shapes, bent, tuple(sure), q, freed)
+    return Joint(bench, regrouped, gains, deviation, shapes, bent, sure, further, q, freed)
 
 
 def _sure(beta: Array, deviation: Array, covariance: Array) -> float:

@@ -10,21 +10,24 @@ import numpy as np
 from flexhex.diagnosis.jointfit.answer import Joint, shares, torque_of
 from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.result.verdict import Estimate, Named
-from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.effects import Effect, library
 
 
 def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
     """Effects of a fit, each with all its axes, the largest share of its axes' torque first.
-    errors: of the form of each part, one standard deviation of its mean, relative: it moves gains
-    and shapes."""
+
+    Not those that are as small as every machine may have them. errors: of the form of each part,
+    one standard deviation of its mean, relative: it moves gains and shapes.
+    """
     rivals = {effect.id: effect.rivals for effect in fit.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(fit) if fit.bench.model.between else [math.nan] * len(fit.effects)
     share = dict(zip([e.id for e in fit.effects], known_share, strict=True))
+    known, usual = _known(fit), _usual(fit)
     grouped: dict[str, list[int]] = {}
     for k, part in enumerate(fit.parts):
-        grouped.setdefault(part.id, []).append(k)
-    known = {id: item.effect for id, item in fit.bench.effects.items()} | dict(library())
+        if k not in usual:
+            grouped.setdefault(part.id, []).append(k)
     named = []
     for name, places in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):
         parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors[k])) for k in places]
@@ -45,6 +48,30 @@ def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
             )
         )
     return named
+
+
+def usual_parts(fit: Joint) -> list[str]:
+    """A sentence on each part of a fit that is as small as every machine may have it."""
+    known, torque = _known(fit), fit.bench.model.torque_rms
+    sentences = []
+    for k, size in _usual(fit).items():
+        part, axis = fit.parts[k], fit.parts[k].axis or 0
+        rms = f"{size * torque[axis]:.2g} {fit.bench.scales.kinds[axis].unit('N m')}"
+        title = known[part.id].title
+        sentences.append(f"{title} on axis {axis + 1}, {rms}: in the fit, but no more than usual")
+    return sentences
+
+
+def _usual(fit: Joint) -> dict[int, float]:
+    """Places of the parts that are no finding, and their size relative to the torque."""
+    known, places = _known(fit), range(len(fit.parts))
+    sizes = {k: _share_of_torque(fit, [k]) for k in places if known[fit.parts[k].id].usual}
+    return {k: size for k, size in sizes.items() if size <= known[fit.parts[k].id].usual}
+
+
+def _known(fit: Joint) -> Mapping[str, Effect]:
+    """Effects by their ids."""
+    return {id: item.effect for id, item in fit.bench.effects.items()} | dict(library())
 
 
 def _share_of_torque(fit: Joint, places: Sequence[int]) -> float:

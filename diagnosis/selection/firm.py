@@ -35,8 +35,8 @@ def firm(
     A search takes effects one after the other, in a model that is still wrong elsewhere. Errors of
     the last fit are those of its own residual, whatever that is made of. Gains that cannot be
     negative are not negative there either: they are held at zero, the clearest one first. An effect
-    with one gain alone is the simpler one that it extends, if that is among those `listed`; one
-    without any gain goes.
+    with one gain alone, or whose further gains do not stand above zero, is the simpler one that it
+    extends, if that is among those `listed`; one without any gain goes.
     """
     simpler = {(s.hypothesis.id, s.hypothesis.axis): s for s in listed}
     kept = list(accepted)
@@ -51,8 +51,31 @@ def firm(
             kept = _held(kept, order[worst], below[worst][1], simpler)
         elif min(fit.sure, default=np.inf) < criteria.deviations:
             kept.remove(order[int(np.argmin(fit.sure))])
+        elif plain := _plain(order, fit.further, simpler, criteria):
+            kept = [_in_place(*plain) if each is plain[0] else each for each in kept]
         else:
             return kept, fit
+
+
+def _plain(
+    order: Sequence[Accepted],
+    further: Sequence[float],
+    simpler: Mapping[tuple[str, Axis], Score],
+    criteria: Criteria,
+) -> tuple[Accepted, Score] | None:
+    """The effect whose further gains are least certain, and the simpler one that it extends."""
+    pairs = zip(further, order, strict=True)
+    for sure, each in sorted(pairs, key=lambda pair: pair[0]):
+        part = simpler.get((_effect(each).extends, _effect(each).axis))
+        if sure < criteria.deviations and part is not None:
+            return each, part
+    return None
+
+
+def _in_place(one: Accepted, part: Score) -> Accepted:
+    """A simpler effect in the place of one that extends it."""
+    rivals = tuple(r for r in one.rivals if r.hypothesis.id != part.hypothesis.id)
+    return replace(one, score=part, rivals=rivals, fuller=())
 
 
 def _below(accepted: Accepted, gains: Array, deviation: Array) -> tuple[float, int]:
@@ -72,8 +95,7 @@ def _held(
     part = simpler.get((effect.extends, effect.axis))
     fewer = replace(one, score=replace(one.score, still=tuple(sorted(still))))
     if part is not None and still == {*range(1, effect.width)}:
-        rivals = tuple(r for r in one.rivals if r.hypothesis.id != effect.extends)
-        fewer = replace(one, score=part, rivals=rivals, fuller=())
+        fewer = _in_place(one, part)
     left = [fewer if each is one else each for each in kept]
     return [each for each in left if len(each.score.still) < _effect(each).width]
 

@@ -13,7 +13,7 @@ from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
-from flexhex.diagnosis.result.naming import named_of
+from flexhex.diagnosis.result.naming import named_of, usual_parts
 from flexhex.diagnosis.result.pictured import Candidate
 from flexhex.diagnosis.result.verdict import Changed, Named, Rest
 from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
@@ -135,6 +135,7 @@ def selected(
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
+    notes += usual_parts(fit)
     named = {a.score.hypothesis.axis for a in kept}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
     unnamed = () if minor and changed else remains

@@ -74,3 +74,27 @@ def test_friction_without_more_of_it_at_rest_has_the_simpler_name(tmp_path: Path
     assert kept.score is scores[1]
     assert not kept.rivals
     assert [part.id for part in fit.parts] == ["coulomb_friction"]
+
+
+def test_effect_whose_further_gains_may_be_zero_has_the_simpler_name(tmp_path: Path) -> None:
+    """A fifth more friction at rest, for rates that these runs hardly have: not sure."""
+    selection = chosen(
+        tmp_path,
+        lambda q, v, a: 0.1 * RMS * np.tanh(v / 0.001) * (1 + 0.2 * np.exp(-np.abs(v / 0.05))),
+    )
+    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
+    folds = np.zeros(len(hypotheses.rows.folds))
+    scores = [
+        Score(hypotheses.effect(name, 0), 100.0, folds, 0.05)
+        for name in ("stribeck_friction", "coulomb_friction")
+    ]
+    stribeck = Accepted(scores[0], (scores[1],), 1)
+    alone = joint(selection.bench, grouped(selection.bench, [stribeck]))
+    assert alone.beta[0][1] > 0
+    assert alone.further[0] < USUAL.deviations < alone.sure[0]
+    (kept,), _ = firm(selection.bench, [stribeck], USUAL, listed=scores)
+    assert kept.score is scores[1]
+    # nobody scored the simpler one: the name stays
+    (kept,), fit = firm(selection.bench, [stribeck], USUAL)
+    assert kept.score is scores[0]
+    assert fit.further[0] < USUAL.deviations

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.answer import axis_rms
@@ -56,6 +58,20 @@ def test_constant_torque_is_no_spring(planar: str, tmp_path: Path) -> None:
     (effect,) = diagnose(logs(tmp_path, lambda angle: OFFSET), options=Options(base=planar)).effects
     assert (effect.id, effect.axes, effect.rivals) == ("torque_offset", (2,), ())
     assert within(effect.parameters["o"], OFFSET)
+
+
+def test_ordinary_offset_of_a_torque_is_no_finding(planar: str, tmp_path: Path) -> None:
+    """Sensors and currents have one, and nobody can tell it from the machine's: it is in the fit,
+    so that nothing else stands in for it, and no name."""
+    torque = np.concatenate([two_links.run(m, 1, 0.0, (0.0, 0.0))["tau_meas"] for m in (1, 2, 3)])
+    offset = 0.02 * float(torque[:, 1].std())
+    diagnosis = diagnose(logs(tmp_path, lambda angle: offset), options=Options(base=planar))
+    assert diagnosis.verdict == "none"
+    assert not diagnosis.effects
+    (note,) = diagnosis.notes
+    found = re.fullmatch(r"constant torque on axis 2, (\S+) N m: in the fit, but no more .*", note)
+    assert found
+    assert float(found[1]) == pytest.approx(offset, rel=0.1)
 
 
 def test_nothing_is_a_spring_where_there_is_none(planar: str, tmp_path: Path) -> None:

@@ -120,6 +120,8 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/method.md": {
         "1.96": "standard deviations of a 95 % interval",
         "3.5": "section of a book",
+        "3 %": "`usual` of a constant torque",
+        "1 %": "`usual` of a drift of the offset",
     },
     "docs/performance.md": {
         "2 ms": "length of a burst",

@@ -61,6 +61,7 @@ class OffsetDrift(Effect):
     id, title, acts_on = "offset_drift", "drift of the offset", "torque"
     gains = (Gain("o_r", "N m/s", 1e-3, -1e3, 1e3, "creep at first"),)
     shapes = (TIME,)
+    usual = 0.01
     excites = "a run as long as the time constant"
     confused_with = ("thermal_drift",)
     experiment = "random setpoints, the same trajectory many times over from a cold start"

@@ -130,6 +130,7 @@ class Effect:
               torque of such an effect is the one that passes on to the link
     exact     the functional form is physically exact (a sine, say), so no allowance for model
               error is made when it is compared with another exact effect
+    usual     size, relative to the torque's RMS, that every machine may have of it: no finding
     """
 
     id: str
@@ -153,6 +154,7 @@ class Effect:
     turning: bool = False
     geared: bool = False
     exact: bool = False
+    usual: float = 0.0
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""

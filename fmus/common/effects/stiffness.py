@@ -24,7 +24,7 @@ class TorqueOffset(Effect):
 
     id, title, acts_on = "torque_offset", "constant torque", "torque"
     gains = (Gain("o", "N m", 0.02, -1e5, 1e5, "torque at any angle"),)
-    exact = True
+    exact, usual = True, 0.03
     excites = "motion both ways through several angles"
     confused_with = ("coulomb_friction", "linear_stiffness", "gravity_tilt")
     experiment = "slow triangle through as much of the stroke as possible"
