@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from flexhex.diagnosis.result.verdict import Estimate, Named
 from flexhex.fmus.common.effects import Effect, library
 
 
-def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
+def named_of(fit: Joint, errors: Sequence[float], but: Container[int] = ()) -> list[Named]:
     """Effects of a fit, each with all its axes, the largest share of its axes' torque first.
 
-    Not those that are as small as every machine may have them. errors: of the form of each part,
-    one standard deviation of its mean, relative: it moves gains and shapes.
+    Not those that are as small as every machine may have them, nor those `but` at some places of
+    the parts. errors: of the form of each part, one standard deviation of its mean, relative: it
+    moves gains and shapes.
     """
     rivals = {effect.id: effect.rivals for effect in fit.effects}
     # of what changes from run to run nobody knows how much is noise
@@ -26,7 +27,7 @@ def named_of(fit: Joint, errors: Sequence[float]) -> list[Named]:
     known, usual = _known(fit), _usual(fit)
     grouped: dict[str, list[int]] = {}
     for k, part in enumerate(fit.parts):
-        if k not in usual:
+        if k not in usual and k not in but:
             grouped.setdefault(part.id, []).append(k)
     named = []
     for name, places in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):

@@ -11,8 +11,7 @@ class Criteria:
 
     smallest_effect: smallest effect that is worth a name, beyond what the base model takes up.
     smallest_rest: smallest repeatable residual that is worth a word where nothing is named.
-    largest_rest: largest one, relative to the torque of the one effect that is named, that leaves
-    it its name; of several, divided by their number.
+    largest_rest: largest one, relative to the torque of an effect, that leaves it its name.
     deviations: standard errors that a repeatable residual must stand above zero, and the gains of
     what is named.
     false_alarms: chance that any of the hypotheses of a search is accepted without reason.

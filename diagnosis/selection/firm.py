@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -16,7 +16,7 @@ from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.form import mean_error
-from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis, Hypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def firm(
     kept = list(accepted)
     while True:
         fit = joint(bench, grouped(bench, kept), freed)
-        order = [each for same in _by_effect(kept).values() for each in same]
+        order = _ordered(kept)
         below = [
             _below(each, *own) for each, *own in zip(order, fit.beta, fit.deviation, strict=True)
         ]
@@ -118,8 +118,17 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:
 def errors_of(accepted: Sequence[Accepted], criteria: Criteria) -> list[float]:
     """What the error of its form does to the gains of each part of these effects, relative, one
     standard deviation; in the order of `grouped`."""
-    ordered = [each for same in _by_effect(accepted).values() for each in same]
+    ordered = _ordered(accepted)
     return [mean_error(form_error(each.score, criteria) * each.inexact) for each in ordered]
+
+
+def places_of(accepted: Sequence[Accepted], some: Container[Hypothesis]) -> set[int]:
+    """Places of the parts, in the order of `grouped`, whose hypothesis is among some."""
+    return {k for k, each in enumerate(_ordered(accepted)) if each.score.hypothesis in some}
+
+
+def _ordered(accepted: Sequence[Accepted]) -> list[Accepted]:
+    return [each for same in _by_effect(accepted).values() for each in same]
 
 
 def _by_effect(accepted: Sequence[Accepted]) -> dict[str, list[Accepted]]:

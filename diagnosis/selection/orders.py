@@ -29,9 +29,14 @@ def fundamentals(orders: Sequence[float]) -> list[float]:
     """Orders of which the others are harmonics, the lowest first."""
     lowest = list[float]()
     for order in sorted(orders):
-        if not any(abs(order / f - round(order / f)) < HARMONIC for f in lowest):
+        if fundamental_of(order, lowest) is None:
             lowest.append(order)
     return lowest
+
+
+def fundamental_of(order: float, lowest: Sequence[float]) -> float | None:
+    """The one of some orders that another one is a harmonic of."""
+    return next((f for f in lowest if abs(order / f - round(order / f)) < HARMONIC), None)
 
 
 def promising_orders(

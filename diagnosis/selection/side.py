@@ -20,12 +20,13 @@ from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.firm import errors_of, firm, grouped
+from flexhex.diagnosis.selection.firm import errors_of, firm, grouped, places_of
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
+    Hypothesis,
 )
-from flexhex.diagnosis.selection.orders import fundamentals
+from flexhex.diagnosis.selection.orders import fundamental_of, fundamentals
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.validated import refuted, validated
@@ -89,12 +90,21 @@ def selected(
                 why = "one trajectory cannot show it: record another one"
             notes.append(f"{', '.join(dict.fromkeys(lost))} would fit, but {why}")
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
-    rests = list[Rest]()
+    rests, unnamed = list[Rest](), list[Hypothesis]()
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        form = left.size <= tolerated(own, selection.explained[axis], criteria)
+        sizes = tolerated(own, selection.explained[axis], criteria)
+        small = [a for a, most in zip(own, sizes, strict=True) if left.size > most]
+        form = len(small) < len(own)
         if not form:
             kept = [a for a in kept if a not in own]
+        elif small:
+            # they stay in the fit, where the others would stand in for them
+            unnamed += [a.score.hypothesis for a in small]
+            names = ", ".join(dict.fromkeys(_placed(a.score) for a in small))
+            notes.append(
+                f"{names}: in the fit, but what is left beside them is too large for a name"
+            )
         # what has no name here has no part in what is explained
         share = left.size if form else left.whole
         size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
@@ -138,7 +148,7 @@ def selected(
     notes += usual_parts(fit)
     named = {a.score.hypothesis.axis for a in kept}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
-    unnamed = () if minor and changed else remains
+    without_name = () if minor and changed else remains
     if odd:
         # something else is wrong, which all parameters together imitate
         changed, poor = [], list(range(model.base.n))
@@ -147,9 +157,9 @@ def selected(
     return Side(
         fit,
         others,
-        tuple(named_of(fit, errors_of(kept, criteria))),
+        tuple(named_of(fit, errors_of(kept, criteria), places_of(kept, unnamed))),
         (*payloads, *changed),
-        tuple(axis for axis in sorted({*unnamed, *poor}) if axis not in named),
+        tuple(axis for axis in sorted({*without_name, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
@@ -188,9 +198,8 @@ def nameless(
     functions = dict[int, Nameless]()
     for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
         own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
-        least = min(
-            criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
-        )
+        sizes = tolerated(own, selection.explained[axis], criteria)
+        least = min(criteria.smallest_rest, max(sizes, default=np.inf))
         # what repeats is the size of what goes with the motion, too, where it is well known; beside
         # effects else by what both gain, as slow parts of it are hardly determined
         sure = left.deviations > criteria.deviations
@@ -213,13 +222,19 @@ def nameless(
     return functions
 
 
-def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> float:
-    """Relative RMS of a rest on an axis that leaves its effects their names, by what they explain
-    together: less for several, as together they can imitate more; harmonics of one wave count
-    once."""
-    orders = [a.score.order for a in accepted if a.score.order is not None]
-    count = len(accepted) - len(orders) + len(fundamentals(orders))
-    return criteria.largest_rest * explained / count if count else 0.0
+def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> list[float]:
+    """Relative RMS of a rest on an axis that leaves each of its effects its name, by its part of
+    what they explain together; harmonics of one wave count together."""
+    orders = [a.score.order for a in accepted]
+    lowest = fundamentals([order for order in orders if order is not None])
+    groups = [None if order is None else fundamental_of(order, lowest) for order in orders]
+    squares = np.array([a.score.size**2 for a in accepted])
+    sums = [
+        own if group is None else sum(s for s, g in zip(squares, groups, strict=True) if g == group)
+        for own, group in zip(squares, groups, strict=True)
+    ]
+    whole = max(float(squares.sum()), np.finfo(float).tiny)
+    return [criteria.largest_rest * explained * float(np.sqrt(own / whole)) for own in sums]
 
 
 def _candidates(selection: Selection) -> list[Candidate]:

@@ -105,17 +105,21 @@ def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
     assert anew == chosen_anew
 
 
-def accepted(*given: float | None) -> list[Any]:
-    """Effects with these orders."""
-    return [SimpleNamespace(score=SimpleNamespace(order=order)) for order in given]
+def accepted(*given: tuple[float, float | None]) -> list[Any]:
+    """Effects with these sizes and orders."""
+    return [SimpleNamespace(score=SimpleNamespace(size=s, order=order)) for s, order in given]
 
 
-def test_harmonics_of_one_wave_count_once_in_what_may_remain() -> None:
-    wave = tolerated(accepted(29.0), 0.1, USUAL)
-    assert tolerated(accepted(29.0, 58.0, 87.0), 0.1, USUAL) == wave
-    assert tolerated(accepted(29.0, 41.0), 0.1, USUAL) == pytest.approx(wave / 2)
-    assert tolerated(accepted(29.0, None), 0.1, USUAL) == pytest.approx(wave / 2)
-    assert tolerated((), 0.1, USUAL) == 0.0
+def test_what_may_remain_is_a_share_of_each_effect_and_harmonics_count_together() -> None:
+    most = USUAL.largest_rest
+    assert tolerated(accepted((0.2, 29.0)), 0.1, USUAL) == [pytest.approx(most * 0.1)]
+    both = tolerated(accepted((0.03, None), (0.04, None)), 0.1, USUAL)
+    assert both == [pytest.approx(most * 0.06), pytest.approx(most * 0.08)]
+    waves = tolerated(accepted((0.03, 29.0), (0.04, 58.0)), 0.1, USUAL)
+    assert waves == [pytest.approx(most * 0.1)] * 2
+    others = tolerated(accepted((0.03, 29.0), (0.04, 41.0)), 0.1, USUAL)
+    assert others == [pytest.approx(most * 0.06), pytest.approx(most * 0.08)]
+    assert tolerated((), 0.1, USUAL) == []
 
 
 @pytest.mark.parametrize("held_out", [(2, ["cogging_harmonic"]), (0, [])], ids=["there", "not"])
