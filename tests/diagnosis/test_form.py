@@ -15,10 +15,11 @@ from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, form_errors, inexact, mean_error
 from flexhex.diagnosis.selection.left import Rest
 from flexhex.diagnosis.selection.moments import Moments, Term
+from flexhex.diagnosis.selection.nameless import nameless
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import select
-from flexhex.diagnosis.selection.side import nameless, selected
+from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.test_selection import RMS, Torque, bench_of, moved, names, rows_of
 
 Array = NDArray[np.float64]

@@ -20,10 +20,11 @@ from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter
+from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.side import nameless, selected, tolerated
+from flexhex.diagnosis.selection.side import selected
 from flexhex.diagnosis.selection.validated import refuted
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names

@@ -24,9 +24,10 @@ from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
 )
 from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.side import nameless, selected, tolerated
+from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.single import SECONDS, TS, moved, thinned, wanted, write
 
 Array = NDArray[np.float64]
