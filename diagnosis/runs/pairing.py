@@ -67,11 +67,13 @@ def mispaired(base: Base, runs: Sequence[Run]) -> str:
 
 
 def doubtful(base: Base, runs: Sequence[Run]) -> str:
-    """Axes whose torque the nominal one does not come near to, and what would mend it; or
-    nothing."""
+    """Axes whose torque the nominal one does not come near to, and what would mend it; or those
+    whose torque is many times the nominal one; or nothing."""
     seen = _all_seen(base, runs)
     if not seen:
         return ""
+    if text := _many_times(base, seen):
+        return text
     left = _left(base, seen)
     axes = [str(i + 1) for i, share in enumerate(left) if share > DOUBTFUL]
     if not axes:
@@ -83,6 +85,29 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
         f" square stays of the torque of axis {', '.join(axes)}{hint}. Unless the machine lacks"
         " that much: is the model this machine's, are its joints in the order of the log, their"
         " signs, zeros and units the log's?"
+    )
+
+
+def _many_times(base: Base, seen: Sequence[Seen]) -> str:
+    """Axes whose torque is the nominal one many times over, or a small part of it; or nothing."""
+    times = dict[int, float]()
+    for i in range(base.n):
+        columns, tau = _scaled(base, seen, i)
+        low = [0.0, 0.0, 0.0, 0.0, -np.inf]
+        fit = lsq_linear(columns, tau, (low, np.inf))
+        alone = lsq_linear(columns[:, 1:], tau, (low[1:], np.inf))
+        left, without = (2 * of.cost / len(tau) for of in (fit, alone))
+        if left > DOUBTFUL:
+            # another size is not the reason
+            return ""
+        if without - left > BADLY and not 1 / NEARLY <= fit.x[0] <= NEARLY:
+            times[i + 1] = float(fit.x[0])
+    if not times:
+        return ""
+    listed = " and ".join(f"{share:.2g} times on axis {axis}" for axis, share in times.items())
+    return (
+        f"the torque is that of the base model's values, but {listed}: another machine's file, a"
+        " payload that the model lacks, a current, a gear, or times that are wrong?"
     )
 
 
@@ -112,11 +137,10 @@ def _better(
 def _factors(base: Base, seen: Sequence[Seen]) -> Iterator[Arrangement]:
     """Torques that are the nominal ones times some number, as currents are, or torques of motors
     before their gears; thousands apart, which have a name."""
-    nominal, same, ones = _nominal(base), tuple(range(base.n)), np.ones(base.n)
-    model = np.concatenate([_torque(base, s, nominal) for s in seen])
+    same, ones = tuple(range(base.n)), np.ones(base.n)
     named = np.log([times for times, _ in THOUSANDS])
     for i, kind in enumerate(kinds_of(base, base.n)):
-        columns, tau = _columns(seen, model[:, i], i)
+        columns, tau = _scaled(base, seen, i)
         # none of them can be negative but the offset
         share = float(nnls(np.column_stack([columns, -columns[:, -1]]), tau)[0][0])
         if share <= 0 or 1 / NEARLY < share < NEARLY:
@@ -127,6 +151,13 @@ def _factors(base: Base, seen: Sequence[Seen]) -> Iterator[Arrangement]:
                 f"the {kind.effort} of axis {i + 1} times {1 / share:.2g} (a current, or a gear?)"
             )
             yield Arrangement(text, same, ones, times)
+
+
+def _scaled(base: Base, seen: Sequence[Seen], axis: int) -> tuple[Array, Array]:
+    """See `_columns`, of the nominal torque."""
+    nominal = _nominal(base)
+    model = np.concatenate([_torque(base, s, nominal)[:, axis] for s in seen])
+    return _columns(seen, model, axis)
 
 
 def _left(base: Base, seen: Sequence[Seen], without: bool = False) -> Array:
