@@ -105,7 +105,7 @@ def run_set_of(
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     units = units_of(base, base.n, "N m")
     if doubt := doubtful(base, runs):
-        findings = (*findings, doubt)
+        findings = (doubt, *findings)
     run_set = RunSet(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, run_set, _trouble(ours, runs)
 

@@ -128,7 +128,8 @@ def simplest(
     good: Callable[[Score], bool] = lambda score: True,
 ) -> Accepted:
     """The hypothesis with the fewest free numbers of those that are `good` and predict as well as
-    the best one on its axis; the others are its rivals, but for those that only extend it."""
+    the best one on its axis; the others are its rivals, but for those that extend it and predict
+    no better."""
     axis, error = best.hypothesis.axis, form_error(best, criteria)
     near = [
         score
@@ -142,7 +143,8 @@ def simplest(
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
     fuller = [s for s in near if s.hypothesis.extends == first.hypothesis.id]
-    rivals = [s for s in near if s is not first and s not in fuller]
+    sure = first.gain + log(criteria.odds)
+    rivals = [s for s in near if s is not first and (s not in fuller or s.gain > sure)]
     return Accepted(first, tuple(rivals), number, tuple(fuller))
 
 

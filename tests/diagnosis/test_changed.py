@@ -19,7 +19,7 @@ from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.result.changed import changed_of
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
-from flexhex.diagnosis.selection.choose import Accepted, one_cause
+from flexhex.diagnosis.selection.choose import Accepted, one_cause, simplest
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -166,6 +166,24 @@ def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None
     alone = Accepted(coulomb, (), 2, (fuller,))
     assert [a.score.hypothesis.id for a in one_cause([alone])] == ["coulomb"]
     assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
+
+
+@pytest.mark.parametrize(("better", "rivals"), [(1.0, []), (10.0, ["stribeck"])])
+def test_fuller_form_is_a_rival_where_it_predicts_better_than_chance(
+    better: float, rivals: list[str]
+) -> None:
+    """Within the error of the form the simpler one comes first; that it is no more nobody knows."""
+    scores = []
+    for name, gain, freedom in (("stribeck", 2000.0 + better, 3), ("coulomb", 2000.0, 1)):
+        extends = "coulomb" if name == "stribeck" else ""
+        effect: Any = SimpleNamespace(
+            id=name, axis=0, freedom=freedom, extends=extends, exact=False, most=1
+        )
+        scores.append(Score(effect, gain / 2, np.zeros(2), 0.01))
+    accepted = simplest(scores[0], scores, 1, USUAL)
+    assert accepted.score.hypothesis.id == "coulomb"
+    assert [score.hypothesis.id for score in accepted.rivals] == rivals
+    assert [score.hypothesis.id for score in accepted.fuller] == ["stribeck"]
 
 
 def test_same_effect_with_another_shape_is_no_name_of_its_own() -> None:
