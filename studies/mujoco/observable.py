@@ -132,16 +132,24 @@ def _bodies(model: mujoco.MjModel, state: State, at: Array) -> tuple[list[Array]
 
 
 def observable(
-    case: Case, contributions: Sequence[Array], records: Sequence[Record], friction: bool = False
+    case: Case,
+    contributions: Sequence[Array],
+    records: Sequence[Record],
+    friction: bool = False,
+    delays: Sequence[float] = (),
 ) -> Array:
     """RMS (n,) of the contribution that no base parameter can take up, one set for all records;
-    both thinned. Weighted by each axis' torque RMS."""
+    both thinned. Weighted by each axis' torque RMS.
+
+    delays: those of drives [s]. One that all drives have is the logger's, which is a base
+    parameter, however long it is: that of `columns` is its tangent.
+    """
     few = ROWS // (1 + 2 * (case.machine.chain is not None))
     thin = [slice(None, None, max(1, len(r.q) // few)) for r in records]
     scale = np.sqrt(np.mean(np.concatenate([r.u for r in records]) ** 2, axis=0))
     A = np.concatenate(
         [
-            _thinned(case, r, s, friction) / scale[:, None]
+            np.dstack([_thinned(case, r, s, friction), *_late(case, r, s, delays)]) / scale[:, None]
             for r, s in zip(records, thin, strict=True)
         ]
     )
@@ -186,4 +194,13 @@ def _thinned(case: Case, r: Record, s: slice, friction: bool) -> Array:
     few = replace(r, q=r.q[s], v=r.v[s], a=r.a[s], u=r.u[s])
     listed, names = columns(case, few, friction)
     listed[:, :, names.index("delay")] = np.gradient(r.u, 1 / case.rate, axis=0)[s]
+    return listed
+
+
+def _late(case: Case, r: Record, s: slice, delays: Sequence[float]) -> list[Array]:
+    """What delays [s] of all drives would do to the torques (samples, n), however long."""
+    clock, listed = np.arange(len(r.u)) / case.rate, list[Array]()
+    for seconds in delays:
+        before = [np.interp(clock - seconds, clock, u) for u in r.u.T]
+        listed.append((r.u - np.stack(before, axis=1))[s])
     return listed

@@ -9,6 +9,7 @@ import numpy as np
 
 from studies.mujoco import outside
 from studies.mujoco.case import Case
+from studies.mujoco.effect import Late
 from studies.mujoco.machine import Array
 from studies.mujoco.model import compiled, inverse
 from studies.mujoco.observable import changed, contribution, observable
@@ -62,8 +63,9 @@ def _effect_row(simulated: Simulated, k: int, fitted: list[Record], rms: Array) 
     case, effect = simulated.case, simulated.effects[k]
     contributions = [contribution(case, simulated.effects, k, record) for record in fitted]
     own = np.sqrt(np.mean(np.concatenate(contributions) ** 2, axis=0))
-    free = observable(case, contributions, fitted)
-    rubbed = observable(case, contributions, fitted, friction=True)
+    late = [other.seconds for other in simulated.effects if isinstance(other, Late)]
+    free = observable(case, contributions, fitted, False, late)
+    rubbed = observable(case, contributions, fitted, True, late)
     axes = list(effect.axes)
     whole = float(np.linalg.norm(rms[axes]))
     return {

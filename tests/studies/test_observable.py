@@ -27,6 +27,15 @@ def test_what_the_base_model_can_take_up_is_not_observable() -> None:
     assert arm["observable_beside_friction"] < 1e-3 * arm["size"]
 
 
+def test_a_delay_of_all_axes_is_the_loggers() -> None:
+    """However long: a single axis has no other one to compare with."""
+    axis = truth_of(hidden("time_delay", "axis"))["hidden"][0]
+    gantry = truth_of(hidden("time_delay", "gantry"))["hidden"][0]
+    assert axis["size"] > 0.01
+    assert axis["observable"] < 1e-6 * axis["size"]
+    assert gantry["observable"] > 0.1 * gantry["size"]
+
+
 def test_a_changed_rotor_is_observable_as_far_as_no_other_parameter_makes_up_for_it() -> None:
     case = quiet(draw(3070))
     assert case.changes[0]["kind"] == "armature"
