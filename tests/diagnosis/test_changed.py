@@ -19,7 +19,7 @@ from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.result.changed import changed_of
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
-from flexhex.diagnosis.selection.choose import Accepted, one_cause, simplest
+from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -141,57 +141,6 @@ def test_same_effect_on_another_axis_needs_no_second_trajectory(
     score = Score(on(0), 60.0, np.array([1.0, 59.0]), 0.01)
     known = [Score(on(axis), 60.0, np.array([20.0, 20.0]), 0.01) for axis in elsewhere]
     assert passes(score, known, BARS, USUAL) == accepted
-
-
-def scored_as(name: str, axis: int, freedom: int) -> Score:
-    hypothesis: Any = SimpleNamespace(id=name, axis=axis, freedom=freedom, extends="")
-    return Score(hypothesis, 60.0, np.zeros(2), 0.01)
-
-
-@pytest.mark.parametrize(("there", "name"), [(False, "viscous"), (True, "drag")])
-def test_what_an_axis_has_already_is_no_name_for_something_beside_it(
-    there: bool, name: str
-) -> None:
-    """Viscous friction on another axis is a reason to call it so here, unless it is here, too."""
-    elsewhere = Accepted(scored_as("viscous", 1, 1), (), 1)
-    here = [Accepted(scored_as("viscous", 0, 1), (), 2)] if there else []
-    drag = Accepted(scored_as("drag", 0, 1), (scored_as("viscous", 0, 1),), 3)
-    assert one_cause([elsewhere, *here, drag])[-1].score.hypothesis.id == name
-
-
-def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None:
-    """Coulomb friction on one axis and Stribeck's on another is one cause."""
-    coulomb, fuller = scored_as("coulomb", 0, 1), scored_as("stribeck", 0, 3)
-    other = Accepted(scored_as("stribeck", 1, 3), (), 1)
-    alone = Accepted(coulomb, (), 2, (fuller,))
-    assert [a.score.hypothesis.id for a in one_cause([alone])] == ["coulomb"]
-    assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
-
-
-@pytest.mark.parametrize(("better", "rivals"), [(1.0, []), (10.0, ["stribeck"])])
-def test_fuller_form_is_a_rival_where_it_predicts_better_than_chance(
-    better: float, rivals: list[str]
-) -> None:
-    """Within the error of the form the simpler one comes first; that it is no more nobody knows."""
-    scores = []
-    for name, gain, freedom in (("stribeck", 2000.0 + better, 3), ("coulomb", 2000.0, 1)):
-        extends = "coulomb" if name == "stribeck" else ""
-        effect: Any = SimpleNamespace(
-            id=name, axis=0, freedom=freedom, extends=extends, exact=False, most=1
-        )
-        scores.append(Score(effect, gain / 2, np.zeros(2), 0.01))
-    accepted = simplest(scores[0], scores, 1, USUAL)
-    assert accepted.score.hypothesis.id == "coulomb"
-    assert [score.hypothesis.id for score in accepted.rivals] == rivals
-    assert [score.hypothesis.id for score in accepted.fuller] == ["stribeck"]
-
-
-def test_same_effect_with_another_shape_is_no_name_of_its_own() -> None:
-    """It may be a rival, with more numbers."""
-    first, same = scored_as("ripple", 0, 2), scored_as("ripple", 0, 3)
-    (kept,) = one_cause([Accepted(first, (same, scored_as("drag", 0, 3)), 1)])
-    assert kept.score is first
-    assert [rival.hypothesis.id for rival in kept.rivals] == ["drag"]
 
 
 def heavy(off: Array, seed: int = 1) -> tuple[Rows, HeavierBody]:
