@@ -129,8 +129,6 @@ results-studies: build gateway $(DEV)
 	$(RECORD) drive python -m flexhex drive --json
 	$(RECORD) hidden_effects python -m studies.hidden_effects --json --test --jobs 2 \
 	  --generator $(DAY)000:$(DAY)080 --mujoco $(DAY)000:$(DAY)200 --axes $(DAY)000:$(DAY)060
-	$(RECORD) reliability python -m studies.hidden_effects --json --jobs 2 \
-	  --generator 3000:3006 --mujoco 3000:3080 --axes 400:408
 	$(RECORD) sensitivity python -m studies.sensitivity --json \
 	  --generator 7:10 --mujoco 200:214 --axes 6:9
 	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)

@@ -71,7 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="write nothing")
     given, differ = parser.parse_args(arguments), []
     wanted = {path: rendered(path.read_text(encoding="utf-8")) for path in texts()}
-    if study := content("reliability"):
+    if study := content("hidden_effects"):
         wanted[COUNTS] = written(study["results"])
     for path, after in wanted.items():
         before = path.read_text(encoding="utf-8") if path.exists() else ""

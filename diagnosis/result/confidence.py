@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 COUNTS = Path(__file__).with_name("confidence.json")
-"""Written by `python -m results.render` from results/reliability.json."""
+"""Written by `python -m results.render` from the test seeds of results/hidden_effects.json."""
 
 
 @dataclass(frozen=True)

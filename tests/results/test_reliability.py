@@ -43,9 +43,9 @@ def test_right_answers_are_counted_by_verdict() -> None:
 
 
 def test_package_says_what_the_results_file_says() -> None:
-    study = content("reliability")
+    study = content("hidden_effects")
     if study is None:
-        pytest.fail("results/reliability.json is missing: make results-studies")
+        pytest.fail("results/hidden_effects.json is missing: make results-studies")
     assert COUNTS.read_text(encoding="utf-8") == written(study["results"])
 
 
