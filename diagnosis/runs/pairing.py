@@ -104,10 +104,11 @@ def _many_times(base: Base, seen: Sequence[Seen]) -> str:
             times[i + 1] = float(fit.x[0])
     if not times:
         return ""
-    listed = " and ".join(f"{share:.2g} times on axis {axis}" for axis, share in times.items())
+    listed = " and ".join(f"{share:.2g} times that on axis {axis}" for axis, share in times.items())
     return (
-        f"the torque is that of the base model's values, but {listed}: another machine's file, a"
-        " payload that the model lacks, a current, a gear, or times that are wrong?"
+        "the torque has the form that the base model's values give, but is"
+        f" {listed}: another machine's file, a payload that the model lacks, a current, a gear, or"
+        " times that are wrong?"
     )
 
 

@@ -40,13 +40,15 @@ Array = NDArray[np.float64]
 class Accepted:
     """A hypothesis that was chosen in a round (from 1), and those that predict equally well;
     fuller: effects among these that it is a part of; inexact: how large the errors of its form are
-    beside all that was accepted, relative to `form_error`."""
+    beside all that was accepted, relative to `form_error`. named: whether it gets a name, or is in
+    the fit alone."""
 
     score: Score
     rivals: tuple[Score, ...]
     round: int
     fuller: tuple[Score, ...] = ()
     inexact: float = 1.0
+    named: bool = True
 
 
 def chosen(

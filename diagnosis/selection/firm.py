@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -16,7 +16,7 @@ from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.form import mean_error
-from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis, Hypothesis
+from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
@@ -122,9 +122,9 @@ def errors_of(accepted: Sequence[Accepted], criteria: Criteria) -> list[float]:
     return [mean_error(form_error(each.score, criteria) * each.inexact) for each in ordered]
 
 
-def places_of(accepted: Sequence[Accepted], some: Container[Hypothesis]) -> set[int]:
-    """Places of the parts, in the order of `grouped`, whose hypothesis is among some."""
-    return {k for k, each in enumerate(_ordered(accepted)) if each.score.hypothesis in some}
+def without_name(accepted: Sequence[Accepted]) -> set[int]:
+    """Places of the parts, in the order of `grouped`, that get no name."""
+    return {k for k, each in enumerate(_ordered(accepted)) if not each.named}
 
 
 def _ordered(accepted: Sequence[Accepted]) -> list[Accepted]:

@@ -15,11 +15,10 @@ from flexhex.diagnosis.result.pictured import Candidate
 from flexhex.diagnosis.result.verdict import Changed, Named, Rest
 from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.firm import errors_of, firm, grouped, places_of
+from flexhex.diagnosis.selection.firm import errors_of, firm, grouped, without_name
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
-    Hypothesis,
 )
 from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
@@ -85,7 +84,7 @@ def selected(
                 why = "one trajectory cannot show it: record another one"
             notes.append(f"{', '.join(dict.fromkeys(lost))} would fit, but {why}")
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
-    rests, unnamed = list[Rest](), list[Hypothesis]()
+    rests = list[Rest]()
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         sizes = tolerated(own, selection.explained[axis], criteria)
@@ -95,7 +94,7 @@ def selected(
             kept = [a for a in kept if a not in own]
         elif small:
             # they stay in the fit, where the others would stand in for them
-            unnamed += [a.score.hypothesis for a in small]
+            kept = [replace(a, named=False) if a in small else a for a in kept]
             names = ", ".join(dict.fromkeys(_placed(a.score) for a in small))
             notes.append(
                 f"{names}: in the fit, but what is left beside them is too large for a name"
@@ -143,7 +142,7 @@ def selected(
     notes += usual_parts(fit)
     named = {a.score.hypothesis.axis for a in kept}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
-    without_name = () if minor and changed else remains
+    unnamed = () if minor and changed else remains
     if odd:
         # something else is wrong, which all parameters together imitate
         changed, poor = [], list(range(model.base.n))
@@ -152,9 +151,9 @@ def selected(
     return Side(
         fit,
         others,
-        tuple(named_of(fit, errors_of(kept, criteria), places_of(kept, unnamed))),
+        tuple(named_of(fit, errors_of(kept, criteria), without_name(kept))),
         (*payloads, *changed),
-        tuple(axis for axis in sorted({*without_name, *poor}) if axis not in named),
+        tuple(axis for axis in sorted({*unnamed, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),

@@ -64,8 +64,8 @@ def _effect_row(simulated: Simulated, k: int, fitted: list[Record], rms: Array) 
     contributions = [contribution(case, simulated.effects, k, record) for record in fitted]
     own = np.sqrt(np.mean(np.concatenate(contributions) ** 2, axis=0))
     late = [other.seconds for other in simulated.effects if isinstance(other, Late)]
-    free = observable(case, contributions, fitted, False, late)
-    rubbed = observable(case, contributions, fitted, True, late)
+    free = observable(case, contributions, fitted, delays=late)
+    rubbed = observable(case, contributions, fitted, friction=True, delays=late)
     axes = list(effect.axes)
     whole = float(np.linalg.norm(rms[axes]))
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.selection.choose import Accepted, effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.firm import firm, grouped
+from flexhex.diagnosis.selection.firm import firm, grouped, without_name
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
@@ -94,6 +95,9 @@ def test_effect_whose_further_gains_may_be_zero_has_the_simpler_name(tmp_path: P
     assert alone.further[0] < USUAL.deviations < alone.sure[0]
     (kept,), _ = firm(selection.bench, [stribeck], USUAL, listed=scores)
     assert kept.score is scores[1]
+    # what was to have no name gets none by another one
+    unnamed, _ = firm(selection.bench, [replace(stribeck, named=False)], USUAL, listed=scores)
+    assert without_name(unnamed) == {0}
     # nobody scored the simpler one: the name stays
     (kept,), fit = firm(selection.bench, [stribeck], USUAL)
     assert kept.score is scores[0]

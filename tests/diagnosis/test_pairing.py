@@ -118,7 +118,8 @@ def test_file_of_another_machine_is_told_by_the_size_of_its_torques(times: float
     first axis a rotor explains as much."""
     assert mispaired(base(), runs(same, lambda v: times * v)) == ""
     assert doubtful(base(), runs(same, lambda v: times * v)).startswith(
-        f"the torque is that of the base model's values, but {times:.2g} times on axis 2: another"
+        "the torque has the form that the base model's values give, but is"
+        f" {times:.2g} times that on axis 2: another"
     )
     assert doubtful(base(), runs(same, lambda v: 1.5 * v)) == ""
 
