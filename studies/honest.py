@@ -1,7 +1,8 @@
 """An answer of `flexhex diagnose --json` against a sealed truth, one outcome a case.
 
 - `nothing`, and a payload that is announced: `silent`, `unknown`, `false_alarm`
-- one effect of the library: `right` (an accepted name alone, on exactly its axes),
+- one effect of the library: `right` (an accepted name alone, on exactly its axes; or only
+  parameters, one of which is accepted: a name that ends with a dot is the start of theirs),
   `right_name_wrong_axes`, `ambiguous` (its axes right, one of several that are called
   indistinguishable), `wrong` (another name), `missed` (nothing named; observable), `silent`
   (nothing named; too faint to be seen), `unknown` (a residual is reported without a name)
@@ -181,6 +182,9 @@ def _silence(answer: Mapping[str, Any], seen: bool) -> str:
 
 def _single(hidden: Mapping[str, Any], answer: Mapping[str, Any]) -> str:
     if not answer["effects"]:
+        starts = tuple(name for name in hidden["accept"] if name.endswith("."))
+        if any(str(c["parameter"]).startswith(starts) for c in answer["changed"]):
+            return "right"
         return _silence(answer, hidden["observable"] >= FAINT)
     how = _one(hidden, answer["effects"])
     spare = [e for e in answer["effects"] if not set(names_of(e)) & set(hidden["accept"])]

@@ -173,7 +173,8 @@ class Tilt(Effect):
     place = "model"
 
     def __init__(self, axes: tuple[int, ...], direction: float):
-        super().__init__("gravity_tilt", axes)
+        # arms have gravity's direction among their parameters
+        super().__init__("gravity_tilt", axes, ("gravity_tilt", "gravity."))
         self.direction, self.angle = direction, 0.0
 
     def size(self, motion: Motion, share: float) -> None:

@@ -1,4 +1,4 @@
-"""Things that no list of effects names; a verdict should say that there is something."""
+"""Things that no list of effects has, but for one; a verdict should say that something is there."""
 
 from __future__ import annotations
 
@@ -58,13 +58,18 @@ def magnet(rng: Rng, place: Place) -> Effect:
 
 
 def one_way(rng: Rng, place: Place) -> Effect:
-    """Gear losses of one direction of the power only: |tau| where the load drives the motor."""
+    """Gear losses of one direction of the power only: |tau| where the load drives the motor.
+
+    As |tau| sign(v) [tau v < 0] = (|tau| sign(v) - tau) / 2, it is load-dependent friction of half
+    the size beside an error of the torque constant: the name that is right.
+    """
     sharp = place.rms("v") * 0.02
 
     def form(t: float, q: Array, v: Array, tau: Array) -> Array:
         return np.asarray(np.abs(tau) * np.where(tau * v < 0, np.tanh(v / sharp), 0.0))
 
-    return _effect("one_way_load_friction", form, place, "drive")
+    plain = Plain("one_way_load_friction", form, "gain", "SI", "drive", ("load_friction",))
+    return Algebraic(plain, place.axes)
 
 
 def switching(rng: Rng, place: Place) -> Effect:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from studies.mujoco import outside
 from studies.mujoco.case import Case
 from studies.mujoco.effect import Late
 from studies.mujoco.machine import Array
@@ -18,8 +17,6 @@ from studies.mujoco.simulate import Record
 
 FAMILY = "mujoco"
 
-OUTSIDE = frozenset(outside.MAKERS)
-
 
 def truth_of(simulated: Simulated) -> dict[str, Any]:
     """The truth as JSON; axes count from 1."""
@@ -29,13 +26,14 @@ def truth_of(simulated: Simulated) -> dict[str, Any]:
     rms = np.sqrt(np.mean(np.concatenate([r.u for r in fitted]) ** 2, axis=0))
     rows = [_effect_row(simulated, k, fitted, rms) for k in range(len(simulated.effects))]
     # damping is a parameter of all base models but the arm's, and no effect to be named
+    alone = rows if case.category == "outside" else []
     own = set[str]() if case.machine.kind == "arm" else {"viscous_friction"}
     return {
         "family": FAMILY,
         "seed": case.seed,
         "machine": case.machine.kind,
         "axes": case.machine.n,
-        "category": case.category,
+        "category": "single" if alone and alone[0]["inside"] else case.category,
         "hidden": [row for row in rows if row["id"] not in own],
         "beside": [row for row in rows if row["id"] in own],
         "changed": [*_changes(case, fitted), *_payload(case, fitted, rms)],
@@ -71,7 +69,7 @@ def _effect_row(simulated: Simulated, k: int, fitted: list[Record], rms: Array) 
     return {
         "id": effect.id,
         "accept": list(effect.accept),
-        "inside": effect.id not in OUTSIDE,
+        "inside": bool(effect.accept),
         "axes": [k + 1 for k in axes],
         "wanted": case.hidden[k].size if case.hidden else 0.0,
         "size": float(np.linalg.norm(own[axes])) / whole,

@@ -49,6 +49,7 @@ def truth(category: str, *hidden: Data, changed: Sequence[Data] = ()) -> Data:
 DRAG, FAINT = truth("single", hides("drag", [2])), truth("single", hides("drag", [2], 0.003))
 DENT = truth("outside", hides("dent", [1], 0.02, False))
 SMALL_DENT = truth("outside", hides("dent", [1], 0.009, False))
+TILT = truth("single", {**hides("tilt", [1, 2]), "accept": ["tilt", "gravity."]})
 TWO = truth("pair", hides("drag", [2]), hides("bend", [4]))
 HEAVY = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."]}])
 LIGHT = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."], "observable": 0.003}])
@@ -74,6 +75,10 @@ NONE, UNKNOWN, DUMB = said("none"), said("unknown"), said("cannot tell")
         (DRAG, said("ambiguous", effect("bend", [2], "a", "b", "drag")), "wrong"),
         (DRAG, said("named", effect("bend", [2])), "wrong"),
         (DRAG, said("named", effect("drag", [2]), effect("bend", [2])), "wrong"),
+        (TILT, said("named", effect("tilt", [1, 2])), "right"),
+        (TILT, said("changed", changed=["gravity.x"]), "right"),
+        (TILT, said("changed", changed=["gravity"]), "missed"),
+        (TILT, said("named", effect("drag", [1]), changed=["gravity.x"]), "wrong"),
         (DRAG, NONE, "missed"),
         (DRAG, said("changed", changed=["o[1]"]), "missed"),
         (DRAG, DUMB, "cannot_tell"),

@@ -187,6 +187,10 @@ def test_every_effect_has_a_name_of_its_own_and_outside_none_is_right() -> None:
         truth = truth_of(hidden(id, "axis"))["hidden"][0]
         assert truth["accept"] == []
         assert not truth["inside"]
+    # load-dependent friction and a torque constant explain it exactly
+    truth = truth_of(hidden("one_way_load_friction", "axis"))
+    assert truth["hidden"][0]["accept"] == ["load_friction"]
+    assert truth["hidden"][0]["inside"]
 
 
 def test_seeds_draw_a_wide_world() -> None:
