@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,13 +21,17 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.window import Smoother, longer_windows, outgrown, smoother
 from flexhex.diagnosis.result.verdict import Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
-from flexhex.diagnosis.runs.pairing import doubtful
 from flexhex.diagnosis.runs.runs import runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 ONE_TRAJECTORY = "one trajectory only: no other motion can refute what is found on it"
 """A finding in the runs of a fit."""
+FIGURE = re.compile(
+    r"(?<![\w\[.])(?<!axis )(?<!axes )(?<!and )(?<!, )"
+    r"(-?\d+(?:\.\d+(?:e[-+]?\d+)?|e[-+]?\d+|(?= (?:[A-Za-z]|%))))(?![\w\]])"
+)
+"""A figure of a finding: no number of an axis or of a channel."""
 SAMPLES = 240e6
 """Bytes of samples that all logs together may take: beyond it stretches are left out. What is made
 of them takes some five times as much."""
@@ -104,8 +109,6 @@ def run_set_of(
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     units = units_of(base, base.n, "N m")
-    if doubt := doubtful(base, runs):
-        findings = (doubt, *findings)
     run_set = RunSet(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, run_set, _trouble(ours, runs)
 
@@ -160,15 +163,27 @@ def misfit(model: Calibrated) -> str:
 
 
 def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
+    """A sentence for each finding; logs of which the same is said in other figures share one."""
     listed = [finding for log in read for finding in log.findings]
     listed += [finding for group in groups for finding in group.findings]
-    places = dict[str, list[str]]()
+    alike = dict[str, list[logs.Finding]]()
     for finding in listed:
-        places.setdefault(finding.text, []).append(finding.where)
-    sentences = [f"{_several(where)}: {text}" for text, where in places.items()]
+        alike.setdefault(FIGURE.sub("#", finding.text), []).append(finding)
+    sentences = [
+        f"{_several([finding.where for finding in same])}: {_ranged([f.text for f in same])}"
+        for same in alike.values()
+    ]
     if len({group.motion for group in groups}) == 1:
         sentences.append(ONE_TRAJECTORY)
     return tuple(dict.fromkeys(sentences))
+
+
+def _ranged(texts: Sequence[str]) -> str:
+    """Texts that differ in their figures as one, with the range of each figure that differs."""
+    between, figures = FIGURE.split(texts[0])[::2], [FIGURE.findall(text) for text in texts]
+    ranges = [sorted(set(own), key=float) for own in zip(*figures, strict=True)]
+    shown = [own[0] if len(own) == 1 else f"{own[0]} to {own[-1]}" for own in ranges]
+    return "".join(text + figure for text, figure in zip(between, [*shown, ""], strict=True))
 
 
 def _several(places: Sequence[str]) -> str:

@@ -23,7 +23,7 @@ from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
 from flexhex.diagnosis.runs.blocks import Run
-from flexhex.diagnosis.runs.pairing import mispaired
+from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side, selected
@@ -49,8 +49,11 @@ def diagnose(
     machine_file: Path | None = None,
     options: Options = USUAL,
     progress: Progress = silent,
+    note: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Find where model and data disagree, and name what is missing.
+
+    note: told at once what may make all that follows worthless.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
@@ -58,12 +61,15 @@ def diagnose(
     base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
     if trouble:
         return run_set.cannot_tell(trouble)
+    if trouble := mispaired(base, run_set.runs):
+        return run_set.cannot_tell(trouble)
+    if doubt := doubtful(base, run_set.runs):
+        note(doubt)
+        run_set = replace(run_set, findings=(doubt, *run_set.findings))
     if len(run_set.runs) == 1:
         return run_set.cannot_tell(
             "one run cannot tell what its noise is: run it again, and another trajectory"
         )
-    if trouble := mispaired(base, run_set.runs):
-        return run_set.cannot_tell(trouble)
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)
     if smoothed:

@@ -21,6 +21,9 @@ LONGEST = 30.0
 SAMPLES, GROWTH = 0.6, 2.0
 """Sample periods that a delay, or its growth over the run, must exceed to be told: held signals
 seem to move by a sample when their step pattern changes."""
+LOOKS, STRAIGHT = 5, 0.1
+"""Places along a run at which a delay is measured; part of its growth by which it may leave a
+straight line where clocks differ: a feedback's lag goes with the motion."""
 
 
 def delays(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
@@ -47,21 +50,23 @@ def _compare(
         return []
     seconds = len(follow.values) * follow.ts
     length = min(LONGEST, seconds / 3)
-    begin, end = follow.t0, follow.t0 + seconds - length
-    lags = [shift_of(_cut(lead, t, length), _cut(follow, t, length), alike) for t in (begin, end)]
-    first, last = lags
-    if first is None or last is None:
+    places = follow.t0 + np.linspace(0.0, seconds - length, LOOKS)
+    lags = [shift_of(_cut(lead, t, length), _cut(follow, t, length), alike) for t in places]
+    known = np.array([lag for lag in lags if lag is not None])
+    if len(known) < LOOKS:
         return []
+    first, last = float(known[0]), float(known[-1])
     period = max(lead.ts, follow.ts)
     shown = f"{names[1]} follows {names[0]}"
-    if abs(last - first) > GROWTH * period:
-        rate = (last - first) / (end - begin)
+    bent = np.abs(known - np.linspace(first, last, LOOKS)).max()
+    if abs(last - first) > max(GROWTH * period, bent / STRAIGHT):
+        rate = (last - first) / (places[-1] - places[0])
         text = (
             f"{shown} by {first * 1e3:.4g} ms at the start and {last * 1e3:.4g} ms at the end:"
-            f" their clocks drift by {rate * 1e6:.4g} ppm, or samples were lost"
+            f" their clocks drift by {rate * 1e6:.4g} ppm"
         )
         return [Finding("drift", where, text, False)]
-    lag = (first + last) / 2
+    lag = float(np.median(known))
     if lag > normal + SAMPLES * period or lag < -SAMPLES * period:
         early = " (it should not come first)" if lag < 0 else ""
         return [Finding("delay", where, f"{shown} by {lag * 1e3:.4g} ms{early}", False)]

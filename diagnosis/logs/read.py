@@ -241,6 +241,8 @@ def _complete(name: str, channels: dict[str, Channel], unused: list[str]) -> Non
     for needed in NEEDED:
         if needed not in channels:
             remedy = f"rename a column in the file or with --rename 'COLUMN={needed}[1]'"
+            if needed == "tau_meas" and "tau" in channels:
+                remedy = "--rename 'tau=tau_meas' takes the commanded torques in their place"
             raise LogError(f"{name}: no channels {needed}[1], {needed}[2] ... ({has}): {remedy}")
     n, m = channels["theta"].width, channels["tau_meas"].width
     if n != m:

@@ -14,6 +14,10 @@ from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 
 Array = NDArray[np.float64]
+UNCONFIRMED = "but one trajectory cannot show it: record another one"
+REFUTED = "but not on the held-out runs"
+TOO_LARGE = "but what they leave is too large to name them"
+"""Why effects that explain a part of what repeats have no name."""
 WORSE = 1.02
 """Growth of a residual from which on it counts as worse."""
 VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
@@ -37,7 +41,7 @@ class Rest:
     """What repeats on an axis (from 1) beside all that is named: its RMS in `unit`, and as a share
     of the axis' torque; what it goes with, where that is known. form: no more than effects that are
     named there leave, as their form is not exact. fitted: effects that explain a part of it, and
-    leave too much of it to be named; fitted_share: of its squares, which they explain. repeats:
+    have no name; fitted_share: of its squares, which they explain; why: they have none. repeats:
     seen between passes; else it is only what is left."""
 
     axis: int
@@ -48,6 +52,7 @@ class Rest:
     form: bool = False
     fitted: tuple[str, ...] = ()
     fitted_share: float = 0.0
+    why: str = ""
     repeats: bool = True
 
     def data(self) -> dict[str, Any]:
@@ -62,10 +67,9 @@ class Rest:
             return f"{text} beside what was found: its form is not exact"
         goes = f": it goes with {self.what}" if self.what else ""
         if self.fitted:
-            names = ", ".join(self.fitted)
+            names, part = ", ".join(self.fitted), 100 * self.fitted_share
             return (
-                f"{text}{goes}; {names} would explain {100 * self.fitted_share:.0f} % of its mean"
-                " square, but what they leave is too large to name them"
+                f"{text}{goes}; {names} would explain {part:.0f} % of its mean square, {self.why}"
             )
         return f"{text} and is explained by no effect of the library{goes}"
 

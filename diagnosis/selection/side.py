@@ -12,15 +12,23 @@ from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
 from flexhex.diagnosis.result.naming import named_of, usual_parts
 from flexhex.diagnosis.result.pictured import Candidate
-from flexhex.diagnosis.result.verdict import Changed, Named, Rest
+from flexhex.diagnosis.result.verdict import (
+    REFUTED,
+    TOO_LARGE,
+    UNCONFIRMED,
+    Changed,
+    Named,
+    Rest,
+)
 from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
+from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.firm import errors_of, firm, grouped, without_name
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
 )
-from flexhex.diagnosis.selection.nameless import nameless, tolerated
+from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.validated import refuted, validated
@@ -35,7 +43,8 @@ class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
     accepted: fits beside what the search accepted first, and beside all that it accepted, whether
-    it is named or not. left: RMS of what repeats beside the offset and slope of runs [N m].
+    it is named or not. left: RMS of what repeats beside the
+    offset and slope of runs, where no effect without a name explains it [N m].
     """
 
     fit: Joint
@@ -73,40 +82,16 @@ def selected(
     bench, notes = selection.bench, list[str]()
     model = bench.model
     effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    kept, others = effects, None
+    kept, others, why = effects, None, ""
     if judged:
         others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
     if not selection.arbitrated or (judged and not model.noise.repeats):
         kept = validated(bench, effects, others, criteria, selection.rounds)
-        if lost := [_placed(a.score) for a in effects if a not in kept]:
-            why = "not on the held-out runs"
-            if not selection.arbitrated and not kept:
-                why = "one trajectory cannot show it: record another one"
-            notes.append(f"{', '.join(dict.fromkeys(lost))} would fit, but {why}")
+        why = REFUTED if selection.arbitrated or kept else UNCONFIRMED
+    lost = [a for a in effects if a not in kept]
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
-    rests = list[Rest]()
-    for axis, left in remains.items():
-        own = [a for a in kept if a.score.hypothesis.axis == axis]
-        sizes = tolerated(own, selection.explained[axis], criteria)
-        small = [a for a, most in zip(own, sizes, strict=True) if left.size > most]
-        form = len(small) < len(own)
-        if not form:
-            kept = [a for a in kept if a not in own]
-        elif small:
-            # they stay in the fit, where the others would stand in for them
-            kept = [replace(a, named=False) if a in small else a for a in kept]
-            names = ", ".join(dict.fromkeys(_placed(a.score) for a in small))
-            notes.append(
-                f"{names}: in the fit, but what is left beside them is too large for a name"
-            )
-        # what has no name here has no part in what is explained
-        share = left.size if form else left.whole
-        size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
-        fitted = () if form else tuple(dict.fromkeys(a.score.hypothesis.id for a in own))
-        explains = 1 - (left.size / left.whole) ** 2 if fitted and left.whole > 0 else 0.0
-        repeats = model.noise.repeats
-        rests.append(Rest(axis + 1, size, unit, share, left.what, form, fitted, explains, repeats))
-    notes += [rest.sentence() for rest in rests]
+    kept, rests, told = _rests(bench, selection, remains, kept, (lost, why), criteria)
+    notes += [*told, *(rest.sentence() for rest in rests)]
     # where nothing has a name, parameters only imitate what is left, if it is not small beside them
     left_over = sum(left.gain for left in remains.values())
     minor = left_over <= criteria.largest_rest**2 * selection.moved
@@ -148,6 +133,8 @@ def selected(
         changed, poor = [], list(range(model.base.n))
         text = "would have to be at or below zero: something else is wrong, no parameter is named"
         notes.append(f"{', '.join(odd)} {text}")
+    fits = {rest.axis - 1 for rest in rests if rest.fitted}
+    left = {i: rest.size for i, rest in enumerate(selection.rest) if i not in fits}
     return Side(
         fit,
         others,
@@ -158,8 +145,57 @@ def selected(
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
         tuple(rests),
-        {i: rest.size * float(model.torque_rms[i]) for i, rest in enumerate(selection.rest)},
+        {i: size * float(model.torque_rms[i]) for i, size in left.items()},
     )
+
+
+def _rests(
+    bench: Bench,
+    selection: Selection,
+    remains: Mapping[int, Nameless],
+    kept: Sequence[Accepted],
+    refused: tuple[Sequence[Accepted], str],
+    criteria: Criteria,
+) -> tuple[list[Accepted], list[Rest], list[str]]:
+    """What is kept beside what remains, that as it is told, and notes.
+
+    refused: what other runs have not confirmed, and why.
+    """
+    model, rests, notes, (lost, why) = bench.model, list[Rest](), list[str](), refused
+    kept = list(kept)
+    for axis, left in remains.items():
+        own = [a for a in kept if a.score.hypothesis.axis == axis]
+        sizes = tolerated(own, selection.explained[axis], criteria)
+        small = [a for a, most in zip(own, sizes, strict=True) if left.size > most]
+        form = len(small) < len(own)
+        if not form:
+            kept = [a for a in kept if a not in own]
+        elif small:
+            # they stay in the fit, where the others would stand in for them
+            kept = [replace(a, named=False) if a in small else a for a in kept]
+            names = ", ".join(dict.fromkeys(_placed(a.score) for a in small))
+            notes.append(
+                f"{names}: in the fit, but what is left beside them is too large for a name"
+            )
+        # what has no name here has no part in what is explained
+        share = left.size if form else left.whole
+        size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
+        rest = Rest(axis + 1, size, unit, share, left.what, form, repeats=model.noise.repeats)
+        gone = [a for a in lost if a.score.hypothesis.axis == axis]
+        if unnamed := [] if form else own or gone:
+            beside = left.size if own else selection.rest[axis].size
+            rest = replace(
+                rest,
+                fitted=tuple(dict.fromkeys(a.score.hypothesis.id for a in unnamed)),
+                fitted_share=1 - min(beside / left.whole, 1.0) ** 2,
+                why=TOO_LARGE if own else why,
+            )
+            lost = [a for a in lost if a not in gone]
+        rests.append(rest)
+    if lost:
+        names = ", ".join(dict.fromkeys(_placed(a.score) for a in lost))
+        notes.insert(0, f"{names} would fit, {why}")
+    return kept, rests, notes
 
 
 def _placed(score: Score) -> str:

@@ -124,7 +124,9 @@ class Session:
         from flexhex.diagnosis.workflow import diagnose
 
         with self.progress:
-            diagnosis = diagnose(runs, held_out, self.file, options, self.progress.steps)
+            diagnosis = diagnose(
+                *(runs, held_out, self.file, options, self.progress.steps), self.progress.note
+            )
             diagnosis = self.planned(diagnosis, [*runs, *held_out], options.log)
             if self.file is not None and self.agree(diagnosis):
                 diagnosis = self.added(diagnosis, self.file, runs, held_out, options.log)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
 
 from flexhex.diagnose.numbers import listed
 from flexhex.diagnose.words import title
@@ -14,6 +16,8 @@ from flexhex.fmus.common.effects import library
 
 NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")
 """Options of `diagnose` with a value that `identify` has not."""
+MANY = 3
+"""Files from which on a command shows their pattern."""
 APPLICABLE = ("named", "ambiguous", "changed")
 """Verdicts with something to add to the machine file."""
 
@@ -34,12 +38,37 @@ class Invocation:
             while option in words:
                 del words[words.index(option) : words.index(option) + 2]
         words = [word for word in words if word not in ("--json", "--isolability")]
-        return shlex.join([*words, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
+        return joined([*words, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
 
     def again(self, *more: str, runs: Sequence[str] = ()) -> str:
         """The same command with more runs and more words at its end."""
         at = self.words.index("diagnose") + 1 if "diagnose" in self.words else len(self.words)
-        return shlex.join([*self.words[:at], *runs, *self.words[at:], *more])
+        return joined([*self.words[:at], *runs, *self.words[at:], *more])
+
+
+def joined(words: Sequence[str]) -> str:
+    """Words as a line for the shell; files that are all of a folder with the same beginning and
+    ending are written as the pattern that they came from."""
+    shown, rest = list[str](), list(words)
+    while rest:
+        pattern, count = _pattern(rest)
+        shown.append(pattern if pattern else shlex.quote(rest[0]))
+        del rest[:count]
+    return " ".join(shown)
+
+
+def _pattern(words: Sequence[str]) -> tuple[str, int]:
+    """A pattern that is the first of these words and those behind it, and how many; "", 1: none."""
+    first = Path(words[0])
+    for count in range(len(words), MANY - 1, -1):
+        letters = zip(*(Path(word).stem for word in words[:count]), strict=False)
+        start = "".join(same[0] for same in takewhile(lambda same: len(set(same)) == 1, letters))
+        beginning = words[0].removesuffix(first.name) + start
+        there = sorted(map(str, first.parent.glob(f"{start}*{first.suffix}")))
+        plain = shlex.quote(beginning + first.suffix) == beginning + first.suffix
+        if plain and there == [str(Path(word)) for word in words[:count]]:
+            return f"{beginning}*{first.suffix}", count
+    return "", 1
 
 
 def applicable(diagnosis: Diagnosis) -> bool:

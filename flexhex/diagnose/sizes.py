@@ -12,13 +12,11 @@ from flexhex.fmus.common.effects import library
 
 SEVERAL = 3
 """Axes up to which each has its own figure in a sentence."""
-PLACES = {"order": ("order", ""), "f": ("", "Hz")}
-"""Shapes that say where an effect is seen: words before and behind the number."""
 
 
 def sizes(effect: Named) -> str:
     """A value, one of each of a few axes, or a pair's length, with what these mean and where they
-    are seen: ` of 0.05 N m at order 80`."""
+    are seen: ` of 0.05 N m with 80 periods a turn`."""
     known = library().get(effect.id)
     gains = known.gains if known else ()
     main = [g.below[0] for g in gains if g.below] or [g.name for g in gains]
@@ -50,12 +48,17 @@ def _amounts(estimates: Sequence[Sequence[Estimate]], alone: bool) -> str:
 
 
 def _places(effect: Named) -> str:
-    for name, (before, behind) in PLACES.items():
-        seen = [f"{e.value:.4g}" for e in _all(effect, name)]
-        if seen and len(effect.axes) == 1:
-            plural = "s" if before and len(seen) > 1 else ""
-            return f" at {f'{before}{plural} {listed(seen)} {behind}'.strip()}"
-    return ""
+    """Where an effect of one axis is seen: of waves how many periods a turn has, or how long they
+    are; of a mode its frequency."""
+    if len(effect.axes) != 1:
+        return ""
+    orders, modes = _all(effect, "order"), _all(effect, "f")
+    if orders and orders[0].unit == "1/rad":
+        return f" with {listed([f'{e.value:.4g}' for e in orders])} periods a turn"
+    if orders:
+        lengths = [f"{2e3 * math.pi / e.value:.4g}" for e in orders]
+        return f" with periods of {listed(lengths)} mm"
+    return f" at {listed([f'{e.value:.4g}' for e in modes])} Hz" if modes else ""
 
 
 def _meaning(effect: Named) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.sizes import SEVERAL, sizes
-from flexhex.diagnosis.result.verdict import Diagnosis, Residual, Rest, rms
+from flexhex.diagnosis.result.verdict import UNCONFIRMED, Diagnosis, Residual, Rest, rms
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]
@@ -22,6 +22,9 @@ COUNTED = (
     *("hysteresis", "base", "ring", "joint", "limit"),
 )
 """Last words of titles that want an article."""
+
+MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
+"""What parameters mean of which the name alone says little, by its first word."""
 
 
 @cache
@@ -141,7 +144,9 @@ def _other_values(diagnosis: Diagnosis) -> list[str]:
     parts, everywhere = [], [c for c in diagnosis.changed if not c.runs]
     for c in everywhere[:SEVERAL]:
         unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
-        parts.append(f"{c.parameter} is {measured(c.estimate)}, not {number(c.nominal)}{unit}")
+        means = MEANINGS.get(c.parameter.split(".")[0], "")
+        value = f"{measured(c.estimate)}, not {number(c.nominal)}{unit}"
+        parts.append(f"{c.parameter}{means} is {value}")
     more = len(everywhere) - SEVERAL
     if more > 0:
         parts.append(f"{more} more")
@@ -189,7 +194,10 @@ def _unknown(diagnosis: Diagnosis) -> str:
     same = same if parts else ""
     if diagnosis.remains:
         rests = _rests(diagnosis.remains)
-        return f"A residual repeats that no effect of the library explains: {rests}.{same}"
+        what = "no effect of the library explains"
+        if all(rest.why == UNCONFIRMED for rest in diagnosis.remains):
+            what = "one trajectory alone cannot name"
+        return f"A residual repeats that {what}: {rests}.{same}"
     residual = diagnosis.residual
     left = residual.repeatable_after
     # axes of different units compare as shares of their torque or force

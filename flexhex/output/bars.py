@@ -43,6 +43,10 @@ class Bars(Progress):
         self._stage, self._tasks = None, []
         self._live.stop()
 
+    def note(self, text: str) -> None:
+        """A line above the bars."""
+        self._live.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
     @contextmanager
     def paused(self) -> Iterator[None]:
         """The bars vanish meanwhile."""

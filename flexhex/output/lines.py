@@ -45,6 +45,11 @@ class Lines(Progress):
                 self._said = task, task.done, task.note
                 self._write(f"{self.titled(task)}: {task.state(now)}", now)
 
+    def note(self, text: str) -> None:
+        """A line of its own."""
+        with self._lock:
+            self._write(text, self.clock())
+
     @contextmanager
     def paused(self) -> Iterator[None]:
         """No lines meanwhile."""

@@ -158,6 +158,9 @@ class Progress:
             if self._stage is not None:
                 self._stage.note = text
 
+    def note(self, text: str) -> None:
+        """Something to know at once, which stays."""
+
     def cancel(self) -> None:
         """End what runs in other threads, at its next report."""
         self._cancelled = True

@@ -90,16 +90,36 @@ def test_samples_that_are_not_valid_are_no_reason() -> None:
 
 
 def test_diagnosis_ends_with_what_is_wrong(tmp_path: Path) -> None:
+    answer = diagnose(written(tmp_path, SECOND), options=Options(base=EXAMPLE))
+    assert answer.verdict == "cannot tell"
+    assert "the torque of axis 2 negated" in answer.notes[-1]
+
+
+def test_doubt_is_told_before_the_search(tmp_path: Path) -> None:
+    """A search takes minutes, and what it finds on another machine's logs is worth nothing."""
+    told, steps = list[str](), list[str]()
+    answer = diagnose(
+        written(tmp_path, 2.4 * np.ones(2)),
+        options=Options(base=EXAMPLE),
+        progress=lambda text, done, total: steps.append(text),
+        note=lambda text: told.append(f"{len(steps)}: {text}"),
+    )
+    (text,) = told
+    assert text.startswith("1: the torque has the form")
+    assert len(steps) > 3
+    assert answer.findings[0] == text[3:]
+
+
+def written(folder: Path, times: Array) -> list[Path]:
+    """Logs of two motions, each run twice, whose torques are so many times too large."""
     paths = []
     for seed, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
         log = logged(seed, number, 0.0, (0.0, 0.0))
-        rows = np.column_stack([log["time"], log["theta"], log["tau_meas"] * SECOND])
-        paths.append(tmp_path / f"{seed}_{number}.csv")
+        rows = np.column_stack([log["time"], log["theta"], log["tau_meas"] * times])
+        paths.append(folder / f"{seed}_{number}.csv")
         head = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"
         np.savetxt(paths[-1], rows, delimiter=",", header=head, comments="")
-    answer = diagnose(paths, options=Options(base=EXAMPLE))
-    assert answer.verdict == "cannot tell"
-    assert "the torque of axis 2 negated" in answer.notes[-1]
+    return paths
 
 
 def test_torques_of_motors_before_their_gears_are_reported_with_the_factor() -> None:

@@ -37,6 +37,7 @@ class Workflow:
         machine_file: Path | None,
         options: Options,
         progress: Callable[[str, int, int], None],
+        note: Callable[[str], None],
     ) -> Diagnosis:
         """As the real one is called."""
         self.seen = {

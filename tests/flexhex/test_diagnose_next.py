@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
@@ -41,3 +43,17 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     )
     assert wanted in [command for _, command in next_steps(BASIC, invocation)]
     assert wanted not in [command for _, command in next_steps(CHANGED, invocation)]
+
+
+def test_files_that_a_pattern_gave_are_shown_as_that_pattern(tmp_path: Path) -> None:
+    """Twenty paths, thrice, hide what is new in a command."""
+    for name in ("run1.csv", "run2.csv", "run10.csv", "run2.h5", "a b.csv", "a c.csv", "a d.csv"):
+        (tmp_path / name).touch()
+    runs = [f"{tmp_path}/run{k}.csv" for k in (1, 10, 2)]
+    held_out = f"{tmp_path}/run2.h5"
+    whole = Invocation(("flexhex", "diagnose", *runs, "--held-out", held_out))
+    assert whole.again("-x") == f"flexhex diagnose {tmp_path}/run*.csv --held-out {held_out} -x"
+    # two of three, another order, names that the shell would split: word by word
+    for words in (runs[:2], runs[::-1], [f"{tmp_path}/a {k}.csv" for k in "bcd"]):
+        line = Invocation(("flexhex", "diagnose", *words)).again()
+        assert shlex.split(line)[2:] == words

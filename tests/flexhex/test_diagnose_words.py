@@ -10,7 +10,7 @@ import pytest
 from flexhex.diagnose.numbers import number
 from flexhex.diagnose.words import phrase, verdict
 from flexhex.diagnosis.result.confidence import Confidence
-from flexhex.diagnosis.result.verdict import Named, Rest
+from flexhex.diagnosis.result.verdict import UNCONFIRMED, Changed, Named, Rest
 from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NAMED, coulomb, estimate
 
@@ -101,8 +101,24 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
         "A residual repeats that no effect of the library explains: 2.9 N (20 % of its force) on"
         " axis 4 (of its mean square Coulomb friction and constant torque would explain 83 %)."
     )
+    alone = replace(fitted, why=UNCONFIRMED)
+    assert verdict(replace(unknown, remains=(alone,))).startswith(
+        "A residual repeats that one trajectory alone cannot name: 2.9 N (20 % of its force)"
+    )
+    assert alone.sentence().endswith(
+        "mean square, but one trajectory cannot show it: record another one"
+    )
     once = replace(fitted, repeats=False)
     assert once.sentence().startswith("2.9 N on axis 4 is left; coulomb_friction, torque_offset")
+
+
+def test_tilt_of_a_machine_is_told_in_words() -> None:
+    tilted = replace(
+        EXAMPLES["changed"], changed=(Changed("gravity.x", 0.0, estimate(0.05, 0.01, "rad")),)
+    )
+    assert "gravity.x (the machine is tilted about this axis of its foot) is 0.05" in verdict(
+        tilted
+    )
 
 
 def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
@@ -115,7 +131,10 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
         "order#2": estimate(160.0, 0.1, "1/rad"),
     }
     two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), waves),))
-    assert "of 0.0500 and 0.0100 N m at orders 80 and 160 that" in verdict(two)
+    assert "of 0.0500 and 0.0100 N m with 80 and 160 periods a turn that" in verdict(two)
+    line = {name: replace(e, unit="1/m") if "order" in name else e for name, e in waves.items()}
+    two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), line),))
+    assert "of 0.0500 and 0.0100 N m with periods of 78.54 and 39.27 mm that" in verdict(two)
     gain = replace(BASIC, effects=(Named("drive_gain", "", (2,), {"g": estimate(0.2, 0.01, "1")}),))
     assert "(the drive reports 1.200 times what the joint gets) that" in verdict(gain)
     dry = {"F_c": estimate(4.0, 0.2), "F_s": estimate(2.5, 0.2)}

@@ -51,6 +51,16 @@ def test_pipe_gets_a_line_for_a_stage_and_one_every_few_seconds() -> None:
     assert len(lines) == 1 + 4
 
 
+def test_note_stays_on_a_pipe_and_above_the_bars() -> None:
+    stream = io.StringIO()
+    Lines(stream, Clock()).note("in doubt")
+    assert stream.getvalue() == "flexhex: in doubt\n"
+    console = Console(file=io.StringIO(), force_terminal=True, width=20)
+    with Bars(console) as bars:
+        bars.note("longer than the terminal is wide")
+    assert "longer than the terminal is wide" in console.file.getvalue()
+
+
 def test_pipe_gets_no_line_where_nothing_went_on() -> None:
     """Else a log fills with lines that differ in their time alone."""
     stream, clock = io.StringIO(), Clock()

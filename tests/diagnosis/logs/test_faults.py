@@ -205,6 +205,11 @@ def test_delay_and_growing_delay_are_measured(tmp_path: Path) -> None:
     log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"], "theta": grown}))
     text = finding(log, "drift").text
     assert float(text.split("drift by ")[1].split()[0]) == pytest.approx(1000, rel=0.02)
+    # a feedback's lag goes with the motion: it grows, but not evenly
+    lag = 0.002 + 0.006 * (t / t[-1]) ** 3
+    bent = np.column_stack([np.interp(t - lag, known, column) for column in fine])
+    log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"], "theta": bent}))
+    assert not [each for each in log.findings if each.kind == "drift"]
 
 
 def test_missing_channels_are_named(tmp_path: Path) -> None:
