@@ -60,7 +60,7 @@ class RunSet:
 
     units: of the torque of each axis. findings: what the runs had. names: files of both. coarse
     (n,): torque RMS [N m] that the angles' own error may make again in every pass. own: effects
-    that the user wrote, by id.
+    that the user wrote, by id. doubt: why the base model may not be this machine's.
     """
 
     units: tuple[str, ...]
@@ -70,6 +70,7 @@ class RunSet:
     names: tuple[tuple[str, ...], tuple[str, ...]]
     coarse: Array
     own: Mapping[str, OwnEffect] = field(default_factory=dict)
+    doubt: str = ""
 
     def cannot_tell(self, why: str) -> Diagnosis:
         """The answer when the runs do not hold what is needed."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.jointfit.answer import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.result.verdict import Residual
+from flexhex.diagnosis.runs.blocks import torque_rms
 from flexhex.diagnosis.runs.noise import measured
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.side import Side
@@ -40,6 +41,7 @@ def before_of(side: Side) -> Before:
         judged = {
             "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
             "before": axis_rms(others.blocks, others.residual((), (), plain)),
+            "torque": torque_rms(others.blocks),
         }
     nominal, fitted = (axis_rms(model.blocks, model.residual(q)) for q in (bare, plain))
     if not any(known.nominal for known in model.known):

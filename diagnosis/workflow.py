@@ -65,7 +65,7 @@ def diagnose(
         return run_set.cannot_tell(trouble)
     if doubt := doubtful(base, run_set.runs):
         note(doubt)
-        run_set = replace(run_set, findings=(doubt, *run_set.findings))
+        run_set = replace(run_set, findings=(doubt, *run_set.findings), doubt=doubt)
     if len(run_set.runs) == 1:
         return run_set.cannot_tell(
             "one run cannot tell what its noise is: run it again, and another trajectory"
@@ -120,11 +120,12 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         main.candidates,
         maps(main.fit),
         tuple(notes),
-        (*filter(None, [late]), *run_set.findings),
+        tuple(dict.fromkeys(filter(None, [run_set.doubt, late, *run_set.findings]))),
         *run_set.names,
         strips=strips(main),
         remains=settled.rests,
-        confidence=_confidence(settled, verdict),
+        confidence=None if run_set.doubt else _confidence(settled, verdict),
+        doubt=run_set.doubt,
     )
 
 

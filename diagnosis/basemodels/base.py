@@ -69,8 +69,8 @@ class Known:
     tolerance: one standard deviation by which such a value may differ from the machine file
     without being worth a word; 0: fixed, infinite: free. group: what changes together (a body, a
     kind of flexure). axis: of the actuator that it belongs to, counting from 0, or None. file: the
-    machine file's value, where the runs show that its body has another mass. bounded: no machine
-    has it below zero, whatever its unit.
+    machine file's value, where the runs show that its body has another mass; wider: times its
+    tolerance that it may then be off. bounded: no machine has it below zero, whatever its unit.
     """
 
     name: str
@@ -80,6 +80,7 @@ class Known:
     group: str
     axis: int | None = None
     file: float | None = None
+    wider: float = 1.0
     bounded: bool = False
 
     @property

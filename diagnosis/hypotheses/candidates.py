@@ -19,6 +19,8 @@ from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
+LARGER = 2.0
+"""Times that a value is clearly larger than another."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 
@@ -90,6 +92,15 @@ class Bench:
             return []
         ranges = self.scales.ranges(name, axis)
         return [ranges[shape.name] for shape in self.effects[name].searched]
+
+    def blended(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float] | None:
+        """Another shape of an effect of which real ones have a share, the next on its grid that is
+        clearly larger; None where there is none."""
+        for own in self.searched(name, axis):
+            larger = [value for value in own.grid if value >= LARGER * shape[own.name]]
+            if own.blended and larger:
+                return {**shape, own.name: min(larger)}
+        return None
 
     def shapes(self, name: str, axis: int) -> list[dict[str, float]]:
         """The grid of an effect's shapes on an axis; none where it cannot have the effect."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
-from flexhex.diagnosis.jointfit.stacked import deviations_of, shape_names, stack
+from flexhex.diagnosis.jointfit.stacked import blends, deviations_of, shape_names, stack
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
 from flexhex.diagnosis.runs.blocks import Block
@@ -108,8 +108,11 @@ def joint(
     """Fit base model and effects together, shapes by one Gauss-Newton step."""
     regression = bench.model.regression.loosened(freed)
     parts = [part for effect in effects for part in effect.parts]
+    count = len(regression.prior)
     if not parts:
         return Joint(bench, (), (), (), (), (), (), (), regression.q, freed)
+    if blended := blends(bench, regression, parts):
+        regression = regression.extended(blended)
     shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
@@ -117,7 +120,7 @@ def joint(
     deviations = deviations_of(bench, regression, parts, columns, tangents)
     edges = np.cumsum([part.columns.values.shape[1] for part in parts])
     _, beta = regression.fall(Columns(None, columns))
-    q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
+    q = regression.extended([Columns(None, columns)]).q[:count]
     places = np.split(np.arange(edges[-1]), edges[:-1])
     gains, deviation = (tuple(v[k] for k in places) for v in (beta, deviations.gains))
     blocks = [deviations.covariance[np.ix_(k, k)] for k in places]

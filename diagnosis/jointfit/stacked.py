@@ -32,6 +32,20 @@ def stack(bench: Bench, regression: Regression, parts: Sequence[Part]) -> tuple[
     return stacked, np.hstack([np.zeros((len(stacked), 0)), *tangents])
 
 
+def blends(bench: Bench, regression: Regression, parts: Sequence[Part]) -> list[Columns]:
+    """What a share of another shape adds to parts of which real ones have several at once: it bends
+    their gains, and is none of the model."""
+    _, beta = regression.fall(
+        Columns(None, np.hstack([regression.spread(part.columns) for part in parts]))
+    )
+    edges, columns = np.cumsum([part.columns.values.shape[1] for part in parts])[:-1], []
+    for part, gains in zip(parts, np.split(beta, edges), strict=True):
+        if shape := bench.blended(part.id, part.axis or 0, part.shape):
+            other = part.moved(bench, shape).columns.values - part.columns.values
+            columns.append(Columns(part.columns.axis, other @ gains[:, None]))
+    return columns
+
+
 @dataclass(frozen=True)
 class Deviations:
     """Standard deviations of all gains (k,), and of the shapes of each part, infinite for one that

@@ -152,7 +152,7 @@ class Calibrated:
     @cached_property
     def regression(self) -> Regression:
         """All whitened rows, axis by axis."""
-        prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in self.known])
+        prior = np.array([k.wider**-2.0 * np.isfinite(k.tolerance) for k in self.known])
         n = self.base.n
         y = np.concatenate([self.white(i, [v[:, i] for v in self.y]) for i in range(n)])
         return Regression(y[:, 0], self._white_B, prior, self.layout, drifting=not self.between)

@@ -135,8 +135,8 @@ class Residual:
 
     nominal: with the machine file's own parameters; before: with the model's parameters fitted;
     after: with what was found. non_repeatable: what differs between passes; repeatable, of
-    `before`, and repeatable_after: what they have in common. held_out: the same on held-out runs,
-    non-repeatable only if they repeat. torque: RMS of the torque itself.
+    `before`, and repeatable_after: what they have in common. torque: RMS of the torque itself about
+    its mean. held_out: the same on held-out runs, non-repeatable only if they repeat.
     """
 
     units: tuple[str, ...]
@@ -161,6 +161,7 @@ class Residual:
             "before": self.before,
             "after": self.after,
             "non_repeatable": self.non_repeatable,
+            "torque": self.torque,
             **self.held_out,
         }
         rows = {**shown, "nominal": self.held_out.get("nominal", self.nominal)}
@@ -182,8 +183,8 @@ class Diagnosis:
     """The whole answer; `notes` are sentences for the reader, `findings` what the logs had.
 
     confidence: how often such an answer was right where the truth is known; None where these runs
-    are not like those of the study. tracking: closed loop [urad] before and after, filled by the
-    step that rebuilds it.
+    are not like those of the study. doubt: why the model may not be this machine's. tracking:
+    closed loop [urad] before and after, filled by the step that rebuilds it.
     """
 
     verdict: str
@@ -201,12 +202,14 @@ class Diagnosis:
     strips: tuple[Strip, ...] = ()
     remains: tuple[Rest, ...] = ()
     confidence: Confidence | None = None
+    doubt: str = ""
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
         return {
             "verdict": self.verdict,
             "confidence": self.confidence.share if self.confidence else None,
+            "doubt": self.doubt,
             "compared": self.confidence.data() if self.confidence else None,
             "effects": [effect.data() for effect in self.effects],
             "changed": [change.data() for change in self.changed],

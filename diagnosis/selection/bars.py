@@ -8,7 +8,7 @@ from math import log
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import Axis, ChangedParameter, EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Plainly = Callable[[Score], Score]
@@ -20,12 +20,15 @@ class Bars:
     """Least gains [nats]: of a hypothesis of any kind, as all together raise as few false alarms as
     wanted; of an effect that another axis has, which has as many chances as there are axes; beside
     that, what errors in the form of accepted effects may have left on each axis, or on all, that
-    their columns (`form.py`) do not show, as they are smooth: how friction turns over, above all.
+    their columns (`form.py`) do not show, as they are smooth: how friction turns over, above all;
+    unexplained: of a base parameter, whose torque is in the model already, what the same share of
+    all that nothing explains yet on each axis may make of it.
     """
 
     first: float
     again: float
     blur: Mapping[Axis, float] = field(default_factory=dict)
+    unexplained: tuple[float, ...] = ()
 
 
 def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:
@@ -85,8 +88,10 @@ def form_error(score: Score, criteria: Criteria) -> float:
 
 def blurred(score: Score, bars: Bars) -> float:
     """What a hypothesis may gain [nats] by errors in the form of accepted effects: of those on
-    other axes as far as it is felt there."""
+    other axes as far as it is felt there; a base parameter by what is left where it is felt."""
     axis = score.hypothesis.axis
+    if isinstance(score.hypothesis, ChangedParameter):
+        return sum(a * b for a, b in zip(score.spread, bars.unexplained, strict=False))
 
     def felt(other: Axis) -> float:
         if axis is None or other is None or other == axis:

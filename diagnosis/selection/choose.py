@@ -18,6 +18,7 @@ from flexhex.diagnosis.selection.bars import (
     repeated,
     shown,
 )
+from flexhex.diagnosis.selection.changes import change_scores
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import Tried, evidences, tried
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -29,7 +30,6 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import (
     Score,
-    change_scores,
     effect_score,
 )
 

@@ -26,16 +26,22 @@ def moved_gain(moments: Moments) -> float:
 
 
 def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
-    """The same beside a base model in which a body has the mass that a fit gives it."""
+    """The same beside a base model in which a body has the mass that a fit gives it.
+
+    Its other parameters went along, as of a body of the same shape: of what came or went nobody
+    knows where it is, so that all of them may be off by as many tolerances as the mass is.
+    """
     model, places, ways = bench.model, list(body.places), body.direction
     (G, b), fit = moments.gram(None), moments.fit(None)
     columns = G[:, places] @ ways
     curvature = ways @ columns[places] - columns @ fit.solve(columns)
     more = float((ways @ b[places] - columns @ fit.q) / (curvature + 1.0))
     known = list(model.known)
+    off = [abs(more * way) for way, k in zip(ways, places, strict=True) if known[k].positive]
+    wider = max([1.0, *off])
     for place in places:
         old = known[place]
-        known[place] = replace(old, nominal=(1 + more) * old.nominal, file=old.written)
+        known[place] = replace(old, nominal=(1 + more) * old.nominal, file=old.written, wider=wider)
     base = copy(model.base)
     base.linear = tuple(known[: len(base.linear)])
     step = np.zeros(len(known))

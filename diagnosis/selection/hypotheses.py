@@ -120,6 +120,12 @@ class Hypotheses:
         """Shapes that may take any value between bounds."""
         return self.bench.searched(effect.id, effect.axis or 0)
 
+    def blended(
+        self, effect: EffectHypothesis, shape: Mapping[str, float]
+    ) -> Mapping[str, float] | None:
+        """See `Bench.blended`."""
+        return self.bench.blended(effect.id, effect.axis or 0, shape)
+
     def with_torque(self, name: str) -> bool:
         """Whether an effect goes with the torque."""
         known = self.bench.effects.get(name)

@@ -151,15 +151,14 @@ class NamelessHypothesis:
 
 @dataclass(frozen=True)
 class ChangedParameter:
-    """Base parameters, at these places, that may leave their tolerances: one, or a body's. beside:
-    its size is what others cannot make up for."""
+    """Base parameters, at these places, that may leave their tolerances: one, or a body's. Others
+    could make all of its torque, if no tolerance held them: so all of it is its size."""
 
     id: str
     places: tuple[int, ...]
     axis: Axis
     extends: str = ""
     choices: int = 1
-    beside: bool = True
 
     @property
     def ways(self) -> Array:
@@ -183,10 +182,8 @@ class ChangedParameter:
 @dataclass(frozen=True, eq=False)
 class HeavierBody(ChangedParameter):
     """A body with another mass, and all that goes with it; direction (len(places),): coefficients
-    of as much again as the machine file says. Other parameters could make all of its torque, if no
-    tolerance held them: so all of it is its size."""
+    of as much again as the machine file says."""
 
-    beside: bool = False
     direction: Array = field(default_factory=lambda: np.zeros(0))
 
     @property

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import (
     Tried,
     evidences,
@@ -141,6 +140,23 @@ def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
     return Term(raw, white, free(moments, effect, effect.beside(moments))[score.shape][there])
 
 
+def blended_term(hypotheses: Hypotheses, score: Score, term: Term, gains: Array) -> Term:
+    """The term of an effect with a share of another shape beside its own, up to all of it, where
+    real ones have several at once; gains (k,): about those of its columns."""
+    effect = score.hypothesis
+    assert isinstance(effect, EffectHypothesis)
+    shape = hypotheses.blended(effect, effect.shapes[score.shape])
+    if shape is None:
+        return term
+    there = [k for k in range(effect.width) if k not in score.still]
+    other = hypotheses.columns(effect, shape)
+    raw, white = (
+        {i: np.column_stack([v, (more[i][:, there] - v) @ gains]) for i, v in own.items()}
+        for own, more in ((term.raw, other.raw), (term.white, other.white))
+    )
+    return Term(raw, white, np.append(term.prior, 1.0))
+
+
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
     """Relative RMS of a torque (R,) [N m] of some axes and a step (m,) of the coefficients of the
     model together, on the axis of these that feels them most."""
@@ -186,49 +202,3 @@ def generic_score(
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
         total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
-
-
-def change_scores(
-    moments: Moments, changes: Iterable[ChangedParameter], criteria: Criteria
-) -> list[Score]:
-    """Parameters that may leave their tolerances, on left-out folds; not those whose values no
-    machine can have. What gains nothing has no size."""
-    alike = dict[int, list[ChangedParameter]]()
-    for change in changes:
-        alike.setdefault(change.ways.shape[1], []).append(change)
-    lefts, scores = [None, *moments.rows.folds], list[Score]()
-    alone = {left: _parameters_alone(moments, left) for left in lefts}
-    for listed in alike.values():
-        priors = np.array([change.deviation(criteria) ** -2.0 for change in listed])
-        total, gains = dict[Left, Array](), np.zeros(0)
-        for left, (S, r) in alone.items():
-            own = [(S[np.ix_(c.places, c.places)], r[list(c.places)], c.ways) for c in listed]
-            squares = np.array([W.T @ of @ W for of, _, W in own])
-            values, turned, vectors = turned_to(squares, np.array([W.T @ b for _, b, W in own]))
-            total[left] = log_evidence(values, turned, priors[:, None])
-            if left is None:
-                gains = (vectors @ (turned / (values + priors[:, None]))[:, :, None])[:, :, 0]
-        for k, change in enumerate(listed):
-            if change.possible(gains[k]):
-                without = np.array([total[fold][k] for fold in moments.rows.folds])
-                whole = float(total[None][k])
-                size = _size_of_change(moments, change, gains[k]) if whole > 0 else 0.0
-                scores.append(Score(change, whole, without, size))
-    return scores
-
-
-def _parameters_alone(moments: Moments, left: Left) -> tuple[Array, Array]:
-    """Products (nb, nb) of the base model's columns, and (nb,) of these with the torque, less what
-    the model takes up of both."""
-    (G, b), fit, nb = moments.gram(left), moments.fit(left), moments.rows.nb
-    half = fit.half(G[:, :nb])
-    return G[:nb, :nb] - half.T @ half, b[:nb] - G[:nb] @ fit.q
-
-
-def _size_of_change(moments: Moments, change: ChangedParameter, gains: Array) -> float:
-    """Relative RMS of what parameters add, on the axis that feels them most."""
-    step = np.zeros(moments.m)
-    step[list(change.places)] = change.ways @ gains
-    if change.beside:
-        step -= moments.fit(None).solve(moments.gram(None)[0] @ step)
-    return float((moments.sizes(step) / moments.rows.torque_rms).max())

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field, replace
 from functools import cache, reduce
 from math import log
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexhex.diagnosis.selection.bars import Bars, bars_of, form_error
 from flexhex.diagnosis.selection.choose import (
     Accepted,
@@ -29,9 +32,18 @@ from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
     Hypothesis,
 )
+from flexhex.diagnosis.selection.left import rest_of
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
-from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score, with_shape
+from flexhex.diagnosis.selection.scores import (
+    Score,
+    blended_term,
+    effect_term,
+    generic_score,
+    with_shape,
+)
+
+Array = NDArray[np.float64]
 
 
 @dataclass
@@ -141,7 +153,8 @@ class Search:
                 whole = together(self.moments, terms)
                 left *= max(whole / alone, 1.0)
             blur[axis] = left
-        return replace(self.bars, blur=blur)
+        rests = (self.criteria.form_error**2 * rest.gain for rest in rest_of(self.moments))
+        return replace(self.bars, blur=blur, unexplained=tuple(rests))
 
     def _own(self, axis: Axis) -> list[tuple[Score, tuple[Term, ...]]]:
         """Effects that were accepted on an axis."""
@@ -173,13 +186,18 @@ class Search:
         self.terms.insert(place, terms)
 
     def _terms(self, score: Score) -> tuple[Term, Term]:
-        """An effect and the error of its form."""
+        """An effect, with how it turns over, and the error of its form."""
         term = effect_term(self.moments, self.hypotheses, score)
-        longer = self.moments.extended(term)
-        gains = longer.fit(None).q[longer.place(term)]
+        term = blended_term(self.hypotheses, score, term, self._gains(term))
+        gains = self._gains(term)
         arguments = LOADED if self.hypotheses.with_torque(score.hypothesis.id) else ARGUMENTS
         error = form_error(score, self.criteria)
         return term, form_errors(self.hypotheses.rows, term, gains, error, arguments)
+
+    def _gains(self, term: Term) -> Array:
+        """Of a term (k,) beside the model."""
+        longer = self.moments.extended(term)
+        return np.asarray(longer.fit(None).q[longer.place(term)])
 
     def revise(self, latest: Hypothesis) -> None:
         """Choose earlier effects of the axes that feel the latest one anew beside it, where it took

@@ -31,7 +31,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.validated import refuted, validated
+from flexhex.diagnosis.selection.validated import better, refuted, validated, worse_than_file
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -108,19 +108,28 @@ def selected(
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
         kept, fit = firm(bench, kept, criteria, freed, listed)
         notes.append(sentence(poor))
-    while kept or freed:
+    while others is not None and (kept or freed):
         worse, whole = refuted(fit, others)
         wrong = [a for a in kept if a.score.hypothesis.axis in worse]
-        if not wrong and not (whole and freed):
-            break
-        if wrong:
-            kept = [a for a in kept if a not in wrong]
+        less = [a for a in kept if a not in wrong]
+        fewer, without = firm(bench, less, criteria, freed, listed) if wrong else (kept, fit)
+        if wrong and not better(fit, without, others):
+            kept, fit = fewer, without
             names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
             notes.append(f"{names} would fit, but the held-out runs become worse")
-        else:
+        elif whole and freed:
             bodies, freed = [], {}
             notes.append("other parameters would fit, but the held-out runs become worse")
+            kept, fit = firm(bench, kept, criteria, freed, listed)
+        else:
+            break
+    if worse_than_file(fit, others):
+        kept, bodies, freed, poor = [], [], {}, list(range(model.base.n))
         kept, fit = firm(bench, kept, criteria, freed, listed)
+        notes.append(
+            "what fits these runs leaves more of the held-out ones than the values of the model's"
+            " file: something else is wrong, nothing is named"
+        )
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")

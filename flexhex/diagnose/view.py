@@ -115,7 +115,7 @@ def changed_rows(diagnosis: Diagnosis) -> Rows:
 
 
 def judged(diagnosis: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
-    """before, after, non-repeatable (n,) on the held-out runs where there are any.
+    """torque, before, after, non-repeatable (n,) on the held-out runs where there are any.
 
     Where only parameters changed, `before` is the model with those of the machine file.
     """
@@ -124,7 +124,9 @@ def judged(diagnosis: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
         nominal = residual.held_out.get("nominal", residual.nominal)
         others = {k: v for k, v in residual.held_out.items() if k != "before"}
         residual = replace(residual, before=nominal, held_out=others)
-    own = {name: getattr(residual, name) for name in ("before", "after", "non_repeatable")}
+    own = {
+        name: getattr(residual, name) for name in ("torque", "before", "after", "non_repeatable")
+    }
     return {**own, **{name: residual.held_out[name] for name in own if name in residual.held_out}}
 
 
@@ -157,7 +159,7 @@ def residual_rows(diagnosis: Diagnosis) -> Rows:
     """A row for each axis, then all of them together where they have one unit."""
     residual, values = diagnosis.residual, judged(diagnosis)
     before, after, non_repeatable = values["before"], values["after"], values["non_repeatable"]
-    columns = (residual.torque, before, after, non_repeatable)
+    columns = (values["torque"], before, after, non_repeatable)
     rows: Rows = []
     for i, name in enumerate(axis_names(residual)):
         part = closed(float(before[i]), float(after[i]), float(non_repeatable[i]))

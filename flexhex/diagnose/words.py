@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnose.numbers import listed, measured, number, percent
+from flexhex.diagnose.changes import carriers, other_values
+from flexhex.diagnose.numbers import listed, number, percent
 from flexhex.diagnose.sizes import SEVERAL, sizes
 from flexhex.diagnosis.result.verdict import UNCONFIRMED, Diagnosis, Residual, Rest, rms
 from flexhex.fmus.common.effects import library
@@ -22,9 +22,6 @@ COUNTED = (
     *("hysteresis", "base", "ring", "joint", "limit"),
 )
 """Last words of titles that want an article."""
-
-MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
-"""What parameters mean of which the name alone says little, by its first word."""
 
 
 @cache
@@ -78,10 +75,12 @@ def amount(residual: Residual, values: Array, axes: Array | None = None) -> str:
 
 def verdict(diagnosis: Diagnosis) -> str:
     """The answer in one or two plain sentences, what runs carried, and how sure that is."""
-    sentences = [SENTENCES[diagnosis.verdict](diagnosis), *_carriers(diagnosis)]
+    sentences = [SENTENCES[diagnosis.verdict](diagnosis), *carriers(diagnosis)]
     if sure := diagnosis.confidence:
         counts = f"{sure.right} of {sure.of} such answers in the study were right"
         sentences.append(f"Confidence {percent(sure.share)}: {counts}.")
+    if diagnosis.doubt and diagnosis.verdict != "cannot tell":
+        sentences.append("But the model may not be this machine's: see the first finding.")
     return " ".join(sentences)
 
 
@@ -100,7 +99,7 @@ def _named(diagnosis: Diagnosis) -> str:
         subject = "it explains" if len(diagnosis.effects) == 1 else "together they explain"
         there = " there" if len(diagnosis.effects) == 1 and _beside(diagnosis) else ""
         text += f"; {subject} {percent(share)} of {residual_name(diagnosis.residual)}{there}"
-    more = (*_held_out(diagnosis), *_beside(diagnosis), *_other_values(diagnosis))
+    more = (*_held_out(diagnosis), *_beside(diagnosis), *other_values(diagnosis))
     return " ".join([f"{text}.", *more])
 
 
@@ -133,35 +132,11 @@ def _ambiguous(diagnosis: Diagnosis) -> str:
     sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in diagnosis.effects if not e.rivals]
     if sure:
         sentences.append(f"Identified: {listed(sure)}.")
-    return " ".join([*sentences, *_beside(diagnosis), *_other_values(diagnosis)])
+    return " ".join([*sentences, *_beside(diagnosis), *other_values(diagnosis)])
 
 
 def _changed(diagnosis: Diagnosis) -> str:
-    return " ".join(["No effect is missing.", *_other_values(diagnosis)])
-
-
-def _other_values(diagnosis: Diagnosis) -> list[str]:
-    parts, everywhere = [], [c for c in diagnosis.changed if not c.runs]
-    for c in everywhere[:SEVERAL]:
-        unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
-        means = MEANINGS.get(c.parameter.split(".")[0], "")
-        value = f"{measured(c.estimate)}, not {number(c.nominal)}{unit}"
-        parts.append(f"{c.parameter}{means} is {value}")
-    more = len(everywhere) - SEVERAL
-    if more > 0:
-        parts.append(f"{more} more")
-    return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
-
-
-def _carriers(diagnosis: Diagnosis) -> list[str]:
-    """A sentence for each payload that no log announces: what it is, and on which runs."""
-    sets = dict.fromkeys(c.runs for c in diagnosis.changed if c.runs)
-    sentences = []
-    for runs in sets:
-        own = [f"{c.parameter} {measured(c.estimate)}" for c in diagnosis.changed if c.runs == runs]
-        names = listed([Path(run).name for run in runs])
-        sentences.append(f"A payload that no log announces was on {names}: {', '.join(own)}.")
-    return sentences
+    return " ".join(["No effect is missing.", *other_values(diagnosis)])
 
 
 def _beside(diagnosis: Diagnosis) -> list[str]:
@@ -169,8 +144,13 @@ def _beside(diagnosis: Diagnosis) -> list[str]:
     rests = [rest for rest in diagnosis.remains if not rest.form]
     if not rests:
         return []
-    more = f"no effect of the library explains {_rests(rests)}"
-    return [f"Beside that a residual repeats: {more}."]
+    return [f"Beside that a residual repeats: {_unexplained(rests)} {_rests(rests)}."]
+
+
+def _unexplained(rests: Sequence[Rest]) -> str:
+    """How far the library explains what remains."""
+    part = all(rest.fitted_share > 0 for rest in rests)
+    return "the library explains only in part" if part else "no effect of the library explains"
 
 
 def _rests(rests: Sequence[Rest]) -> str:
@@ -182,6 +162,7 @@ def _rests(rests: Sequence[Rest]) -> str:
         share = f"{number(100 * rest.share, 2)} % of its {force}"
         goes = f", which goes with {rest.what}" if rest.what else ""
         names, part = listed([phrase(f) for f in rest.fitted]), number(100 * rest.fitted_share, 2)
+        names = names if len(rest.fitted) <= SEVERAL else f"{len(rest.fitted)} effects together"
         fits = f" (of its mean square {names} would explain {part} %)" if names else ""
         texts.append(f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}{fits}")
     more = [f"less on {where(sorted(r.axis for r in first[SEVERAL:]))}"] if first[SEVERAL:] else []
@@ -193,8 +174,7 @@ def _unknown(diagnosis: Diagnosis) -> str:
     same = f" Identified: {listed(parts)}, but more than half of the residual remains."
     same = same if parts else ""
     if diagnosis.remains:
-        rests = _rests(diagnosis.remains)
-        what = "no effect of the library explains"
+        what, rests = _unexplained(diagnosis.remains), _rests(diagnosis.remains)
         if all(rest.why == UNCONFIRMED for rest in diagnosis.remains):
             what = "one trajectory alone cannot name"
         return f"A residual repeats that {what}: {rests}.{same}"

@@ -19,6 +19,7 @@ from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.result.changed import changed_of
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
+from flexhex.diagnosis.selection.changes import change_scores
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
@@ -26,7 +27,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, change_scores
+from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import rows_of
 
 Array = NDArray[np.float64]
@@ -89,6 +90,7 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "noisy", lambda _: False)
     monkeypatch.setattr(search, "unrepeated", lambda *_: None)
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
+    monkeypatch.setattr(search, "rest_of", lambda _: ())
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     moments = SimpleNamespace(without=lambda *_: None)
@@ -187,6 +189,8 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     assert [k.nominal for k in heavier_model.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
     assert [k.written for k in heavier_model.known] == [2.0, 2.0, 2.0, 0.0]
     assert heavier_model.base.linear == heavier_model.known
+    # seven tolerances heavier: of what came nobody knows the place
+    assert [k.wider for k in heavier_model.known] == pytest.approx([7.0, 7.0, 7.0, 1.0], rel=0.03)
     left = Moments(rows_of(heavier_model.y[0][:, 0], rows.B.whole(0), rows.prior, rows.fold))
     assert np.abs(left.fit(None).q).max() < 0.3
 

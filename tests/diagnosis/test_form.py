@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, form_errors, inexact, mean_error
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.left import Rest
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.nameless import nameless
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.scores import Score, blended_term, effect_term
 from flexhex.diagnosis.selection.select import select
 from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.test_selection import RMS, Torque, bench_of, moved, names, rows_of
@@ -66,6 +67,27 @@ def test_errors_are_smooth_factors_and_a_shift_in_time(tmp_path: Path) -> None:
     assert np.corrcoef(late[inside][1:-1], shift[inside][1:-1])[0, 1] > 0.999
     assert late.std() == pytest.approx((3.0 * wave).std(), rel=0.01)
     assert term.prior.tolist() == pytest.approx([*[200.0] * WIDTH, 100.0])
+
+
+def test_friction_may_turn_over_within_several_angles(tmp_path: Path) -> None:
+    """A share of it, up to all, within the next one of its grid that is twice as large."""
+    hypotheses = Hypotheses(bench := bench_of(tmp_path, even), Rows.of(bench.model))
+    friction = hypotheses.effect("coulomb_friction", 0)
+    grid = [shape["s_0"] for shape in friction.shapes]
+    assert hypotheses.blended(friction, {"s_0": grid[0]}) == {"s_0": grid[1]}
+    assert hypotheses.blended(friction, {"s_0": grid[-1]}) is None
+    drag = hypotheses.effect("quadratic_drag", 0)
+    assert hypotheses.blended(drag, {}) is None
+    score = Score(friction, 1.0, np.zeros(2), 0.1)
+    term, gains = effect_term(hypotheses.moments, hypotheses, score), np.array([2.0])
+    both = blended_term(hypotheses, score, term, gains)
+    other = hypotheses.columns(friction, friction.shapes[1])
+    for name in ("raw", "white"):
+        own, wanted = getattr(both, name)[0], getattr(other, name)[0][:, 0]
+        np.testing.assert_allclose(own[:, 1], 2.0 * (wanted - own[:, 0]), atol=1e-12)
+    assert both.prior.tolist() == [*term.prior.tolist(), 1.0]
+    calm = Score(drag, 1.0, np.zeros(2), 0.1)
+    assert blended_term(hypotheses, calm, term, gains) is term
 
 
 @several

@@ -107,7 +107,8 @@ def test_doubt_is_told_before_the_search(tmp_path: Path) -> None:
     (text,) = told
     assert text.startswith("1: the torque has the form")
     assert len(steps) > 3
-    assert answer.findings[0] == text[3:]
+    assert (answer.findings[0], answer.doubt) == (text[3:], text[3:])
+    assert answer.confidence is None
 
 
 def written(folder: Path, times: Array) -> list[Path]:

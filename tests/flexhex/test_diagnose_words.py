@@ -98,9 +98,13 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     assert unknown.data()["remains"][0]["share"] == 0.11
     fitted = replace(rests[2], fitted=("coulomb_friction", "torque_offset"), fitted_share=0.83)
     assert verdict(replace(unknown, remains=(fitted,))) == (
-        "A residual repeats that no effect of the library explains: 2.9 N (20 % of its force) on"
+        "A residual repeats that the library explains only in part: 2.9 N (20 % of its force) on"
         " axis 4 (of its mean square Coulomb friction and constant torque would explain 83 %)."
     )
+    several = replace(fitted, fitted=("a", "b", "c", "d"))
+    assert "square 4 effects together would" in verdict(replace(unknown, remains=(several,)))
+    doubtful = verdict(replace(unknown, remains=(fitted,), doubt="another machine's file?"))
+    assert doubtful.endswith("But the model may not be this machine's: see the first finding.")
     alone = replace(fitted, why=UNCONFIRMED)
     assert verdict(replace(unknown, remains=(alone,))).startswith(
         "A residual repeats that one trajectory alone cannot name: 2.9 N (20 % of its force)"

@@ -46,7 +46,8 @@ class Shape:
 
     start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
     seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
-    numbers as shares of the largest torque; as_is: it takes them as they stand, for any axis.
+    numbers as shares of the largest torque; as_is: it takes them as they stand, for any axis;
+    blended: real ones have several values at once, and this is the main one.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Shape:
     closed: bool = False
     of_peak: bool = False
     as_is: bool = False
+    blended: bool = False
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ PRESLIDING = Shape(
     start=1e-3,
     grid=(1e-4, 4e-4, 1e-3, 2.5e-3, 5e-3),
     description="angle within which the torque turns over after a reversal",
+    blended=True,
 )
 STILL = 1e-12
 """Sum of rates [rad/s] at which nothing moves."""

@@ -16,8 +16,7 @@ pub struct EstimateError {
 pub enum Fault {
     Unreadable(io::Error),
     NotWritten(io::Error),
-    /// It is no file of an estimate: no JSON, another format, no state, no digits.
-    NoEstimate(String),
+    NoEstimate(NoEstimate),
     /// An output of a component that no run may start from.
     Unfit {
         component: String,
@@ -25,6 +24,17 @@ pub enum Fault {
         value: f64,
         why: Unfit,
     },
+}
+
+/// Why a text is no file of an estimate.
+#[derive(Debug)]
+pub enum NoEstimate {
+    NotJson(serde_json::Error),
+    /// The format that it says it has, and the one that is read.
+    Format(String, &'static str),
+    Empty,
+    /// The state of this component is no pairs of hexadecimal digits.
+    NoDigits(String),
 }
 
 #[derive(Debug)]
@@ -56,6 +66,19 @@ impl Display for Fault {
             Fault::NoEstimate(why) => write!(f, "{why}: {MEND}"),
             Fault::Unfit { component, output, value, why } => {
                 write!(f, "{component}.{output} = {value}{why}: start without the saved state")
+            }
+        }
+    }
+}
+
+impl Display for NoEstimate {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            NoEstimate::NotJson(why) => write!(f, "no estimate ({why})"),
+            NoEstimate::Format(found, wanted) => write!(f, "format {found:?}, expected {wanted:?}"),
+            NoEstimate::Empty => f.write_str("it holds no state"),
+            NoEstimate::NoDigits(component) => {
+                write!(f, "{component}: its state is no pairs of hexadecimal digits")
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The file: JSON, values by name for people, the whole state of the FMU in hexadecimal digits.
 
+use super::error::NoEstimate;
 use flexhex_system::State;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -37,14 +38,13 @@ impl Estimates {
     }
 
     /// The states in the text of a file, at least one.
-    pub fn states(text: &str) -> Result<Vec<State>, String> {
-        let file: Estimates =
-            serde_json::from_str(text).map_err(|why| format!("no estimate ({why})"))?;
+    pub fn states(text: &str) -> Result<Vec<State>, NoEstimate> {
+        let file: Estimates = serde_json::from_str(text).map_err(NoEstimate::NotJson)?;
         if file.format != FORMAT {
-            return Err(format!("format {:?}, expected {FORMAT:?}", file.format));
+            return Err(NoEstimate::Format(file.format, FORMAT));
         }
         if file.states.is_empty() {
-            return Err("it holds no state".to_owned());
+            return Err(NoEstimate::Empty);
         }
         file.states.into_iter().map(Entry::state).collect()
     }
@@ -67,11 +67,10 @@ impl Entry {
         }
     }
 
-    fn state(self) -> Result<State, String> {
-        let wrong = || format!("{}: its state is no pairs of hexadecimal digits", self.component);
+    fn state(self) -> Result<State, NoEstimate> {
         let digits = self.state.as_bytes();
         if !digits.len().is_multiple_of(2) || !digits.iter().all(u8::is_ascii_hexdigit) {
-            return Err(wrong());
+            return Err(NoEstimate::NoDigits(self.component));
         }
         let value = |digit: u8| char::from(digit).to_digit(16).unwrap_or(0) as u8;
         let bytes = digits.chunks(2).map(|pair| value(pair[0]) << 4 | value(pair[1])).collect();

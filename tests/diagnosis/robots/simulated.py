@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import mujoco
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Change = Callable[[mujoco.MjModel], None]
 FILE = Path(__file__).with_name("arm.urdf")
 N, STEP, EVERY, SECONDS = 6, 5e-4, 4, 10.0
 ENCODER, TORQUE = 2e-6, 2e-3
@@ -22,7 +23,11 @@ MISTAKE = 0.03
 """Masses and inertias of the machine differ so much from its file."""
 
 
-def machine(friction: Sequence[float]) -> mujoco.MjModel:
+def as_it_is(model: mujoco.MjModel) -> None:
+    """Nothing more than the file does not say."""
+
+
+def machine(friction: Sequence[float], change: Change = as_it_is) -> mujoco.MjModel:
     """The machine itself, heavier and lighter than its file, with rotors."""
     model, rng = mujoco.MjModel.from_xml_path(str(FILE)), np.random.default_rng(5)
     model.opt.timestep = STEP
@@ -32,6 +37,7 @@ def machine(friction: Sequence[float]) -> mujoco.MjModel:
     model.body_inertia *= wrong[:, None]
     model.dof_armature[:] = (0.5, 0.8, 0.3, 0.05, 0.03, 0.01)
     model.dof_frictionloss[:] = friction
+    change(model)
     return model
 
 
@@ -47,10 +53,10 @@ def wanted(t: Array, seed: int) -> tuple[Array, Array, Array]:
 
 
 def simulated(
-    seed: int, number: int, friction: Sequence[float] = DRY
+    seed: int, number: int, friction: Sequence[float] = DRY, change: Change = as_it_is
 ) -> tuple[Array, Array, Array]:
     """Time (samples,), angles and torques (samples, 6) of a pass along the motion `seed`."""
-    model, rng = machine(friction), np.random.default_rng([seed, number])
+    model, rng = machine(friction, change), np.random.default_rng([seed, number])
     data, plan = mujoco.MjData(model), mujoco.MjData(model)
     clock = np.arange(round(SECONDS / STEP)) * STEP
     q, v, a = wanted(clock, seed)
@@ -69,9 +75,18 @@ def simulated(
     return clock[::EVERY], theta, tau
 
 
-def write(path: Path, seed: int, number: int, friction: Sequence[float] = DRY) -> Path:
-    """One run as CSV."""
-    t, theta, tau = simulated(seed, number, friction)
+def write(
+    path: Path,
+    seed: int,
+    number: int,
+    friction: Sequence[float] = DRY,
+    change: Change = as_it_is,
+    noise: float = 0.0,
+) -> Path:
+    """One run as CSV; noise of the torques, relative to their range, beside `TORQUE`."""
+    t, theta, tau = simulated(seed, number, friction, change)
+    rng = np.random.default_rng([seed, number, 1])
+    tau = tau + noise * tau.std(axis=0) * rng.standard_normal(tau.shape)
     names = [f"{name}[{i + 1}]" for name in ("theta", "tau_meas") for i in range(N)]
     head = f"# trajectory: {seed}\n# pass: {number}\ntime,{','.join(names)}\n"
     with path.open("w") as file:

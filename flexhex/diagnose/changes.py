@@ -1,0 +1,37 @@
+"""Changed parameters and payloads in sentences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexhex.diagnose.numbers import listed, measured, number
+from flexhex.diagnose.sizes import SEVERAL
+from flexhex.diagnosis.result.verdict import Diagnosis
+
+MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
+"""What parameters mean of which the name alone says little, by its first word."""
+
+
+def other_values(diagnosis: Diagnosis) -> list[str]:
+    """A sentence on the parameters that are others than the machine file says, or none."""
+    parts, everywhere = [], [c for c in diagnosis.changed if not c.runs]
+    for c in everywhere[:SEVERAL]:
+        unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
+        means = MEANINGS.get(c.parameter.split(".")[0], "")
+        value = f"{measured(c.estimate)}, not {number(c.nominal)}{unit}"
+        parts.append(f"{c.parameter}{means} is {value}")
+    more = len(everywhere) - SEVERAL
+    if more > 0:
+        parts.append(f"{more} more")
+    return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
+
+
+def carriers(diagnosis: Diagnosis) -> list[str]:
+    """A sentence for each payload that no log announces: what it is, and on which runs."""
+    sets = dict.fromkeys(c.runs for c in diagnosis.changed if c.runs)
+    sentences = []
+    for runs in sets:
+        own = [f"{c.parameter} {measured(c.estimate)}" for c in diagnosis.changed if c.runs == runs]
+        names = listed([Path(run).name for run in runs])
+        sentences.append(f"A payload that no log announces was on {names}: {', '.join(own)}.")
+    return sentences
