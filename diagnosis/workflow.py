@@ -67,8 +67,9 @@ def diagnose(
         note(doubt)
         run_set = replace(run_set, findings=(doubt, *run_set.findings), doubt=doubt)
     if len(run_set.runs) == 1:
+        more = "; or give the held-out runs as runs of the fit" if run_set.judged else ""
         return run_set.cannot_tell(
-            "one run cannot tell what its noise is: run it again, and another trajectory"
+            f"one run cannot tell what its noise is: run it again, and another trajectory{more}"
         )
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)

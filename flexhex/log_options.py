@@ -45,8 +45,8 @@ def log_options(constant: str | None, units: list[str], names: list[str]) -> Opt
         except ValueError:
             text = f"--torque-constant {constant}: write a number, or one for each axis: 3.0,3.1"
             raise UsageError(text) from None
-        if not all(0 < value < float("inf") for value in constants):
-            raise UsageError(f"--torque-constant {constant}: must be positive")
+        if not all(0 < abs(value) < float("inf") for value in constants):
+            raise UsageError(f"--torque-constant {constant}: must be a number other than zero")
         constants = constants[0] if len(constants) == 1 else constants
     return Options(constants, _units(units), _names(names))
 

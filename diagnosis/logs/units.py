@@ -172,7 +172,7 @@ def torque_constant(where: str, text: str) -> tuple[tuple[float, ...], tuple[Kin
         scale, kind = CONSTANTS.get(unit, (math.nan, ROTARY))
         for number in reversed(match[1].split() if match else ["nan"]):
             values, kinds = [scale * _number(number), *values], [kind, *kinds]
-    if not all(math.isfinite(v) and v > 0 for v in values):
+    if not all(math.isfinite(v) and v != 0 for v in values):
         raise LogError(
             f"{where}: torque_constant is {text!r}, wanted for instance '3.0 N m/A' or '60 N/A'"
         )

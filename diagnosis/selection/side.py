@@ -36,6 +36,8 @@ from flexhex.diagnosis.selection.validated import better, refuted, validated, wo
 Say = Callable[[str], None]
 SHOWN = 8
 """Candidates of a round that the page shows."""
+LITTLE = 0.01
+"""Share of what repeats that is no explanation."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,8 @@ class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
     accepted: fits beside what the search accepted first, and beside all that it accepted, whether
-    it is named or not. left: RMS of what repeats beside the
-    offset and slope of runs, where no effect without a name explains it [N m].
+    it is named or not. left: RMS of what repeats beside the offset and slope of runs, where no
+    effect without a name explains it [N m].
     """
 
     fit: Joint
@@ -127,8 +129,8 @@ def selected(
         kept, bodies, freed, poor = [], [], {}, list(range(model.base.n))
         kept, fit = firm(bench, kept, criteria, freed, listed)
         notes.append(
-            "what fits these runs leaves more of the held-out ones than the values of the model's"
-            " file: something else is wrong, nothing is named"
+            "what fits these runs leaves far more of the held-out ones than the values of the"
+            " model's file: something else is wrong, nothing is named"
         )
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
@@ -191,12 +193,14 @@ def _rests(
         size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
         rest = Rest(axis + 1, size, unit, share, left.what, form, repeats=model.noise.repeats)
         gone = [a for a in lost if a.score.hypothesis.axis == axis]
-        if unnamed := [] if form else own or gone:
-            beside = left.size if own else selection.rest[axis].size
+        unnamed = [] if form else own or gone
+        beside = left.size if own else selection.rest[axis].size
+        share = 1 - min(beside / left.whole, 1.0) ** 2 if unnamed else 0.0
+        if share > LITTLE:
             rest = replace(
                 rest,
                 fitted=tuple(dict.fromkeys(a.score.hypothesis.id for a in unnamed)),
-                fitted_share=1 - min(beside / left.whole, 1.0) ** 2,
+                fitted_share=share,
                 why=TOO_LARGE if own else why,
             )
             lost = [a for a in lost if a not in gone]

@@ -109,7 +109,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     if diagnosis.verdict == "none":
         text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
-    if diagnosis.verdict == "cannot tell":
+    if diagnosis.verdict == "cannot tell" and not any("mend the log" in n for n in diagnosis.notes):
         text = "Measure two trajectories, each at least twice, every axis through its whole range"
         steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
     return steps

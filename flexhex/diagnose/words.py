@@ -22,6 +22,8 @@ COUNTED = (
     *("hysteresis", "base", "ring", "joint", "limit"),
 )
 """Last words of titles that want an article."""
+COUNTED_FROM = 8
+"""Answers of the study from which on their share says something."""
 
 
 @cache
@@ -76,7 +78,8 @@ def amount(residual: Residual, values: Array, axes: Array | None = None) -> str:
 def verdict(diagnosis: Diagnosis) -> str:
     """The answer in one or two plain sentences, what runs carried, and how sure that is."""
     sentences = [SENTENCES[diagnosis.verdict](diagnosis), *carriers(diagnosis)]
-    if sure := diagnosis.confidence:
+    sure = diagnosis.confidence
+    if sure and sure.of >= COUNTED_FROM:
         counts = f"{sure.right} of {sure.of} such answers in the study were right"
         sentences.append(f"Confidence {percent(sure.share)}: {counts}.")
     if diagnosis.doubt and diagnosis.verdict != "cannot tell":

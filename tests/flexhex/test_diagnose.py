@@ -178,10 +178,9 @@ MISTAKES = {
         r"a\.csv is given as a run to fit and as",
     ),
     "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
-    "sign": (["a.csv", "--torque-constant", "-1"], "must be positive"),
-    "zero": (["a.csv", "--torque-constant", "0"], "must be positive"),
-    "endless": (["a.csv", "--torque-constant", "inf"], "must be positive"),
-    "not a number": (["a.csv", "--torque-constant", "nan"], "must be positive"),
+    "zero": (["a.csv", "--torque-constant", "0"], "must be a number other than zero"),
+    "endless": (["a.csv", "--torque-constant", "inf"], "must be a number other than zero"),
+    "not a number": (["a.csv", "--torque-constant", "nan"], "must be a number other than zero"),
     "unit": (["a.csv", "--unit", "deg"], "--unit deg: write NAME=VALUE"),
     "tolerance of what": (
         ["a.csv", "--tolerance", "masss=0.1"],

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
-from tests.flexhex.diagnoses import AMBIGUOUS, BASIC, CHANGED, NAMED, NONE, PAIR, UNKNOWN
+from tests.flexhex.diagnoses import AMBIGUOUS, BASIC, CANNOT, CHANGED, NAMED, NONE, PAIR, UNKNOWN
 
 INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
@@ -43,6 +43,13 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     )
     assert wanted in [command for _, command in next_steps(BASIC, invocation)]
     assert wanted not in [command for _, command in next_steps(CHANGED, invocation)]
+
+
+def test_logs_that_are_wrong_need_no_other_motion() -> None:
+    """What to mend is the answer."""
+    assert next_steps(CANNOT, INVOCATION)[0][0].startswith("Measure two trajectories")
+    wrong = replace(CANNOT, notes=("axes are swapped: mend the logs, or the model",))
+    assert next_steps(wrong, INVOCATION) == []
 
 
 def test_files_that_a_pattern_gave_are_shown_as_that_pattern(tmp_path: Path) -> None:

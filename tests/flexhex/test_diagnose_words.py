@@ -41,6 +41,7 @@ def test_verdict_says_how_often_such_answers_were_right() -> None:
     assert verdict(sure).endswith("Confidence 90 %: 18 of 19 such answers in the study were right.")
     assert sure.data()["confidence"] == pytest.approx(19 / 21)
     assert "Confidence" not in verdict(NAMED)
+    assert "Confidence" not in verdict(replace(NAMED, confidence=Confidence(1, 2))), "too few"
 
 
 @pytest.mark.parametrize("name", SENTENCES)

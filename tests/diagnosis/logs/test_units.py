@@ -63,7 +63,10 @@ def test_current_needs_a_torque_constant(tmp_path: Path) -> None:
         log = read_log(write_csv(tmp_path / "a.csv", named, units, values, meta))
         assert log.tau == pytest.approx(values[:, 3:] * 3e-3)
         assert "3 N m/A" in finding(log, "units").text
-        for bad in ("3.0", "3.0 V", "nan N m/A", "-3 N m/A", "", "x N m/A"):
+        turned = {"torque_constant": "3.0, -2.0 N m/A"}
+        log = read_log(write_csv(tmp_path / "a.csv", named, units, values, turned))
+        assert log.tau == pytest.approx(values[:, 3:] * [3e-3, -2e-3])
+        for bad in ("3.0", "3.0 V", "nan N m/A", "0 N m/A", "", "x N m/A"):
             path = write_csv(
                 tmp_path / "a.csv", named, units, values, {"torque_constant": bad or " "}
             )
