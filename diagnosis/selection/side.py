@@ -16,6 +16,7 @@ from flexhex.diagnosis.result.verdict import (
     REFUTED,
     TOO_LARGE,
     UNCONFIRMED,
+    WORSE,
     Changed,
     Named,
     Rest,
@@ -119,10 +120,12 @@ def selected(
             kept, fit = fewer, without
             names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
             notes.append(f"{names} would fit, but the held-out runs become worse")
-        elif whole and freed:
-            bodies, freed = [], {}
+        elif freed:
+            less, without = firm(bench, kept, criteria, {}, listed)
+            if not whole and better(fit, without, others, WORSE):
+                break
+            kept, fit, bodies, freed = less, without, [], {}
             notes.append("other parameters would fit, but the held-out runs become worse")
-            kept, fit = firm(bench, kept, criteria, freed, listed)
         else:
             break
     if worse_than_file(fit, others):

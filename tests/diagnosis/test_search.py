@@ -192,6 +192,7 @@ def test_effect_that_helps_other_axes_more_is_kept(left: tuple[float, float], ke
     fit, others = judged(left)
     without, _ = judged((1.0, 0.4))
     assert better(fit, without, others) == kept
+    assert better(fit, without, others, 2.0), "not clearly worse"
 
 
 @pytest.mark.parametrize(("left", "far"), [((1.5, 1.5), False), ((1.0, 3.0), True)])
