@@ -19,7 +19,7 @@ from flexhex.diagnosis.jointfit.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.window import Smoother, longer_windows, outgrown, smoother
-from flexhex.diagnosis.result.verdict import Diagnosis, Residual
+from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
 from flexhex.diagnosis.runs.runs import runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
@@ -196,7 +196,7 @@ def _several(places: Sequence[str]) -> str:
 def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
     swapped = [f for log in read for f in log.findings if f.kind in ("swapped", "sign")]
     if swapped:
-        return f"{swapped[0]}: mend the log, then ask again"
+        return f"{swapped[0]}: {MEND}, then ask again"
     silent = np.max([np.ptp(run.tau.values, axis=0) for run in runs], axis=0) == 0.0
     moved = np.max([np.ptp(run.motion.theta, axis=0) for run in runs], axis=0)
     noise = np.max([np.zeros_like(moved), *_noises(runs)], axis=0)

@@ -14,6 +14,8 @@ from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 
 Array = NDArray[np.float64]
+MEND = "mend the log"
+"""What is to be done before anything can be told."""
 UNCONFIRMED = "but one trajectory cannot show it: record another one"
 REFUTED = "but not on the held-out runs"
 TOO_LARGE = "but what they leave is too large to name them"

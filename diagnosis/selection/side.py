@@ -32,7 +32,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.validated import better, refuted, validated, worse_than_file
+from flexhex.diagnosis.selection.validated import better, refuted, validated
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -128,13 +128,6 @@ def selected(
             notes.append("other parameters would fit, but the held-out runs become worse")
         else:
             break
-    if worse_than_file(fit, others):
-        kept, bodies, freed, poor = [], [], {}, list(range(model.base.n))
-        kept, fit = firm(bench, kept, criteria, freed, listed)
-        notes.append(
-            "what fits these runs leaves far more of the held-out ones than the values of the"
-            " model's file: something else is wrong, nothing is named"
-        )
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")

@@ -20,10 +20,6 @@ from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
-FAR = 2.0
-"""Times that a fit of the parameters leaves far more than the file's values. Without a margin two
-of 60 cases of the study that lack nothing would be refused; a fit that runs away leaves 5 times as
-much and more (UR10)."""
 
 
 def refuted(fit: Joint, others: Elsewhere | None) -> tuple[list[int], bool]:
@@ -42,16 +38,6 @@ def better(fit: Joint, without: Joint, others: Elsewhere, times: float = 1.0) ->
     bends may help other axes; that their tolerances do not hold them hardly shows there."""
     left, most = (float(np.linalg.norm(_left(one, others))) for one in (fit, without))
     return left < times * most
-
-
-def worse_than_file(fit: Joint, others: Elsewhere | None) -> bool:
-    """Whether a fit leaves far more of the held-out runs, on all axes together, than the values of
-    the model's file, where it has any: then it only follows its own runs."""
-    model = fit.bench.model
-    if others is None or not any(k.nominal and 0 < k.tolerance < np.inf for k in model.base.linear):
-        return False
-    written = axis_rms(others.blocks, others.residual((), (), model.nominal)) / model.torque_rms
-    return bool(np.linalg.norm(_left(fit, others)) > FAR * np.linalg.norm(written))
 
 
 def _left(fit: Joint, others: Elsewhere) -> Array:

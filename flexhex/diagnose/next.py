@@ -11,7 +11,7 @@ from pathlib import Path
 from flexhex.diagnose.numbers import listed
 from flexhex.diagnose.words import title
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
-from flexhex.diagnosis.result.verdict import Diagnosis, Named
+from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
 from flexhex.fmus.common.effects import library
 
 NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")
@@ -109,7 +109,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     if diagnosis.verdict == "none":
         text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
-    if diagnosis.verdict == "cannot tell" and not any("mend the log" in n for n in diagnosis.notes):
+    if diagnosis.verdict == "cannot tell" and not any(MEND in n for n in diagnosis.notes):
         text = "Measure two trajectories, each at least twice, every axis through its whole range"
         steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
     return steps

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.result.verdict import MEND
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.workflow import Options, diagnose
@@ -93,6 +94,7 @@ def test_diagnosis_ends_with_what_is_wrong(tmp_path: Path) -> None:
     answer = diagnose(written(tmp_path, SECOND), options=Options(base=EXAMPLE))
     assert answer.verdict == "cannot tell"
     assert "the torque of axis 2 negated" in answer.notes[-1]
+    assert MEND in answer.notes[-1], "the next step is looked for by these words"
 
 
 def test_doubt_is_told_before_the_search(tmp_path: Path) -> None:

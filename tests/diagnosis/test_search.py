@@ -25,7 +25,7 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import selected
-from flexhex.diagnosis.selection.validated import better, refuted, worse_than_file
+from flexhex.diagnosis.selection.validated import better, refuted
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
@@ -195,28 +195,16 @@ def test_effect_that_helps_other_axes_more_is_kept(left: tuple[float, float], ke
     assert better(fit, without, others, 2.0), "not clearly worse"
 
 
-@pytest.mark.parametrize(("left", "far"), [((1.5, 1.5), False), ((1.0, 3.0), True)])
-def test_fit_that_runs_away_from_the_file_is_told(left: tuple[float, float], far: bool) -> None:
-    fit, others = judged(left)
-    assert worse_than_file(fit, others) == far
-    fit.bench.model.base.linear = ()
-    assert not worse_than_file(fit, others), "no file, no values"
-    assert not worse_than_file(fit, None)
-
-
 def judged(left: tuple[float, float]) -> tuple[Any, Any]:
     """A fit that leaves so much of held-out runs on two axes, the first of ten times the torque of
-    the second, and these; the values of the file leave one on each."""
+    the second; and these."""
     others = SimpleNamespace(
         blocks=[SimpleNamespace(usable=np.ones(4, dtype=bool))],
         residual=lambda parts, beta, q: [np.ones((4, 2)) * q],
     )
-    known = SimpleNamespace(nominal=2.0, tolerance=0.1)
-    model = SimpleNamespace(
-        torque_rms=np.array([10.0, 1.0]), nominal=1.0, base=SimpleNamespace(linear=(known,))
-    )
-    fit = SimpleNamespace(bench=SimpleNamespace(model=model), parts=(), beta=(), q=np.array(left))
-    return fit, others
+    model = SimpleNamespace(torque_rms=np.array([10.0, 1.0]))
+    bench = SimpleNamespace(model=model)
+    return SimpleNamespace(bench=bench, parts=(), beta=(), q=np.array(left)), others
 
 
 def one_trajectory(folder: Path, size: Mapping[int, float]) -> tuple[Bench, list[Run]]:
