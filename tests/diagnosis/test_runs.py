@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.runs import runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 from tests.conftest import MACHINE_FILE
+from tests.diagnosis import two_links
+from tests.diagnosis.synthetic import plain_csv
 
 TS = 1e-3
 
@@ -84,3 +88,18 @@ def test_without_numbers_runs_follow_as_they_were_named() -> None:
 def test_log_of_another_number_of_axes_is_refused_before_the_model_is_compiled(base: str) -> None:
     with pytest.raises(LogError, match="x: theta has 1 axis, the model has 6: add --base"):
         base_of(base, MACHINE_FILE, log("x"))
+
+
+def test_same_finding_in_many_logs_is_one_line_with_the_range_of_its_figures(
+    tmp_path: Path,
+) -> None:
+    paths = []
+    for number, turn in ((1, 50.0), (2, 70.0), (3, 60.0)):
+        run = two_links.run(1, number, 0.0, (0.0, 0.0))
+        run["theta"] += [turn, 0.0]
+        paths.append(plain_csv(tmp_path / f"{number}.csv", run, trajectory="1"))
+    _, run_set, _ = run_set_of(paths, [], None, Options(base="axis"))
+    (text,) = [each for each in run_set.findings if "reaches" in each]
+    low, high = (float(word.rstrip(":")) for word in text.split("reaches ")[1].split()[:3:2])
+    assert "1.csv and 2 more: theta[1] reaches" in text
+    assert 49.0 < low < 53.0 < 69.0 < high < 73.0
