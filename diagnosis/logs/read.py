@@ -25,7 +25,7 @@ from flexhex.diagnosis.logs.units import (
     kind_of,
     torque_constant,
 )
-from flexhex.diagnosis.logs.values import NEEDED, clipped, filled, judged, jumps
+from flexhex.diagnosis.logs.values import NEEDED, clipped, filled, judged, jumps, spikes
 from flexhex.fmus.common.errors import LogError, unreadable
 
 READERS = {
@@ -158,8 +158,10 @@ def _channel(
         channel, slips = jumps(where, channel)
         findings += slips
     if name in TORQUES or any(currents):
-        channel, more = clipped(where, "tau_meas" if any(currents) else name, channel)
-        findings += more
+        called = "tau_meas" if any(currents) else name
+        channel, alone = spikes(where, called, channel)
+        channel, cut = clipped(where, called, channel)
+        findings += [*alone, *cut]
     if more and more[0].kind == "nan" and "no numbers" in more[0].text:
         return None
     return channel

@@ -21,6 +21,9 @@ gives four; of 400 rounded sums of waves 9 % show more than four, none more than
 JUMP, MOST_JUMPS = 10.0, 1e-3
 """A step of the angle that is so many times the 99.9 % quantile is a jump; more of them than this
 share of the samples are something else."""
+ALONE, MOST_SPIKES = 0.99, 1e-2
+"""A torque that differs by `JUMP` times this quantile of its steps from both its neighbours, to the
+same side, is a spike; more of them than this share of the samples are something else."""
 GROW = 1
 """Samples beside a plateau that are not trusted either: their filters saw it."""
 FINEST = 1e-6
@@ -79,8 +82,9 @@ def clipped(where: str, name: str, channel: Channel) -> tuple[Channel, list[Find
 
 def jumps(where: str, channel: Channel) -> tuple[Channel, list[Finding]]:
     """Angles that jump farther than any motion goes in a sample: samples that were lost without
-    a gap in time, or a slip of the encoder. The samples beside a jump become invalid."""
-    valid, count, first = channel.valid, 0, len(channel.values)
+    a gap in time, or a slip of the encoder. The samples beside a jump become invalid, and those
+    before it that stand at the same value to the last digit, as readings do that froze."""
+    valid, count, still, first = channel.valid, 0, 0, len(channel.values)
     for column in channel.values.T:
         moved = np.abs(np.diff(column))
         both = channel.valid[1:] & channel.valid[:-1]
@@ -92,12 +96,41 @@ def jumps(where: str, channel: Channel) -> tuple[Channel, list[Finding]]:
         if 0 < len(at) <= MOST_JUMPS * len(column):
             valid = valid.copy()
             valid[at] = valid[at + 1] = False
+            for jump in at:
+                moving = np.flatnonzero(moved[:jump] > 0)
+                begin = int(moving[-1]) + 1 if len(moving) else 0
+                valid[begin:jump] = False
+                still += int(jump) + 1 - begin if begin < jump else 0
             count, first = count + len(at), min(first, int(at[0]))
     if not count:
         return channel, []
     when = channel.t0 + channel.ts * first
     text = f"theta jumps {count} times, first at {when:.6g} s: samples lost, or an encoder slip"
+    if still:
+        text += f"; it stands still for {channel.ts * still:.3g} s before: frozen, not used"
     return replace(channel, valid=valid), [Finding("jump", where, text, True)]
+
+
+def spikes(where: str, name: str, channel: Channel) -> tuple[Channel, list[Finding]]:
+    """Torques of a single sample far off both its neighbours become invalid: no drive does that, a
+    damaged word does."""
+    valid, findings = channel.valid, []
+    for axis, column in enumerate(channel.values.T):
+        steps = np.where(channel.valid[1:] & channel.valid[:-1], np.diff(column), 0.0)
+        limit = JUMP * float(np.quantile(np.abs(steps[::7]), ALONE))
+        there = (steps[:-1] * steps[1:] < 0) & (
+            np.minimum(*np.abs([steps[:-1], steps[1:]])) > limit
+        )
+        at = 1 + np.flatnonzero(there)
+        if limit > 0 and 0 < len(at) <= MOST_SPIKES * len(column):
+            valid = valid.copy()
+            valid[at] = False
+            when = channel.t0 + channel.ts * int(at[0])
+            text = (
+                f"{name}[{axis + 1}] has {len(at)} spikes of a single sample, first at {when:.6g} s"
+            )
+            findings.append(Finding("spike", where, f"{text}: not used", True))
+    return replace(channel, valid=valid), findings
 
 
 def plateaus(column: Array, valid: Mask) -> Mask:
