@@ -16,6 +16,7 @@ class Part:
     """An effect on one axis (from 0; None: on the whole) with its shape and whitened columns.
 
     still: places of gains that are zero, as they may not be negative; their columns are zero.
+    rivals: effects that these runs cannot tell from it on this axis.
     """
 
     id: str
@@ -23,6 +24,7 @@ class Part:
     shape: dict[str, float]
     columns: Columns
     still: tuple[int, ...] = ()
+    rivals: tuple[str, ...] = ()
 
     @staticmethod
     def of(
@@ -31,25 +33,25 @@ class Part:
         axis: int | None,
         shape: dict[str, float],
         still: tuple[int, ...] = (),
+        rivals: tuple[str, ...] = (),
     ) -> Part:
         """With its columns along the runs of a bench."""
         columns = bench.columns(id, axis or 0, shape)
         values = columns.values.copy() if still else columns.values
         values[:, list(still)] = 0.0
-        return Part(id, axis, shape, Columns(columns.axis, values), still)
+        return Part(id, axis, shape, Columns(columns.axis, values), still, rivals)
 
     def moved(self, bench: Bench, shape: dict[str, float]) -> Part:
         """With another shape, or along other runs."""
-        return Part.of(bench, self.id, self.axis, shape, self.still)
+        return Part.of(bench, self.id, self.axis, shape, self.still, self.rivals)
 
 
 @dataclass(frozen=True)
 class SelectedEffect:
-    """An effect on all its axes, and those that these runs cannot tell from it."""
+    """An effect on all its axes."""
 
     id: str
     parts: tuple[Part, ...]
-    rivals: tuple[str, ...]
 
     @property
     def axes(self) -> tuple[int, ...]:

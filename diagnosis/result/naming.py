@@ -20,7 +20,6 @@ def named_of(fit: Joint, errors: Sequence[float], but: Container[int] = ()) -> l
     the parts. errors: of the form of each part, one standard deviation of its mean, relative: it
     moves gains and shapes.
     """
-    rivals = {effect.id: effect.rivals for effect in fit.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(fit) if fit.bench.model.between else [math.nan] * len(fit.effects)
     share = dict(zip([e.id for e in fit.effects], known_share, strict=True))
@@ -33,22 +32,31 @@ def named_of(fit: Joint, errors: Sequence[float], but: Container[int] = ()) -> l
     for name, places in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):
         parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors[k])) for k in places]
         axes = tuple(sorted({axis for axis, _ in parts if axis}))
-        # what is named on these very axes is none of them, what is on others may be
-        places_of = {r: {_axis(fit.parts[k]) for k in grouped.get(r, ())} for r in rivals[name]}
-        others = tuple(r for r, there in places_of.items() if not there >= {a for a, _ in parts})
+        rivals = [(_axis(fit.parts[k]), _rivals(fit, k, grouped)) for k in places]
+        others = tuple(dict.fromkeys(rival for _, own in rivals for rival in own))
         named.append(
             Named(
                 name,
                 known[name].title,
                 axes,
-                _flat(parts),
+                by_name(parts),
                 tuple(parts),
                 others,
                 known[name].experiment if others else None,
                 share[name],
+                tuple(sorted({axis for axis, own in rivals if axis and own})),
             )
         )
     return named
+
+
+def _rivals(fit: Joint, k: int, named: Mapping[str, Sequence[int]]) -> list[str]:
+    """Other names of a part: what is named on this very axis is none, what is on others may be."""
+    part = fit.parts[k]
+    there = {
+        name for name, places in named.items() if part.axis in (fit.parts[j].axis for j in places)
+    }
+    return [rival for rival in part.rivals if rival not in there]
 
 
 def usual_parts(fit: Joint) -> list[str]:
@@ -113,7 +121,8 @@ def _estimate(value: float, std: float, unit: str, positive: bool) -> Estimate:
     return Estimate(value, (max(low, 0.0) if positive and np.isfinite(std) else low, high), unit)
 
 
-def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Estimate]:
+def by_name(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Estimate]:
+    """Estimates of an effect's parts in one: `Named.parameters`."""
     several = len({axis for axis, _ in parts}) > 1
     flat: dict[str, Estimate] = {}
     for axis, estimates in parts:

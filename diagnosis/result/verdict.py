@@ -82,8 +82,8 @@ class Named:
 
     parameters: estimates by name, `name[axis]` where several axes have the effect and
     `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
-    estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
-    repeatable residual on its axes, explained together with the other effects.
+    estimates by plain name). rivals: effects that this data cannot tell from it, on the axes
+    `open`. share: of the repeatable residual on its axes, explained together with the others.
     """
 
     id: str
@@ -94,6 +94,7 @@ class Named:
     rivals: tuple[str, ...] = ()
     experiment: str | None = None
     share: float = math.nan
+    open: tuple[int, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -102,6 +103,7 @@ class Named:
             "axes": list(self.axes),
             "parameters": {name: e.data() for name, e in self.parameters.items()},
             "rivals": list(self.rivals),
+            "rivals_on": list(self.open),
             "experiment": self.experiment,
             "share": _finite(self.share),
         }

@@ -104,14 +104,15 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:
     """Accepted effects of one kind on several axes as one."""
     effects = []
     for name, same in _by_effect(accepted).items():
-        parts, rivals = list[Part](), list[str]()
+        parts = list[Part]()
         for each in same:
             hypothesis = _effect(each)
             shape = dict(hypothesis.shapes[each.score.shape])
-            parts.append(Part.of(bench, name, hypothesis.axis, shape, each.score.still))
             others = (rival.hypothesis for rival in each.rivals)
-            rivals += [other.id for other in others if isinstance(other, EffectHypothesis)]
-        effects.append(SelectedEffect(name, tuple(parts), tuple(dict.fromkeys(rivals))))
+            rivals = [other.id for other in others if isinstance(other, EffectHypothesis)]
+            alike = tuple(dict.fromkeys(rivals))
+            parts.append(Part.of(bench, name, hypothesis.axis, shape, each.score.still, alike))
+        effects.append(SelectedEffect(name, tuple(parts)))
     return effects
 
 

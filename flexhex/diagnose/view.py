@@ -97,7 +97,8 @@ def rivalry(diagnosis: Diagnosis) -> list[str]:
     for e in diagnosis.effects:
         if e.rivals:
             others = listed([title(name) for name in e.rivals], "or")
-            line = f"* these runs do not distinguish {title(e.id)} from {others}"
+            here = f" on {where(e.open)}" if {*e.open} < {*e.axes} else ""
+            line = f"* these runs do not distinguish {title(e.id)}{here} from {others}"
             if e.experiment:
                 line += f"; an experiment that does: {e.experiment}"
             lines.append(line)

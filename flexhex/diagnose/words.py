@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from flexhex.diagnose.changes import carriers, other_values
 from flexhex.diagnose.numbers import listed, number, percent
 from flexhex.diagnose.sizes import SEVERAL, sizes
-from flexhex.diagnosis.result.verdict import UNCONFIRMED, Diagnosis, Residual, Rest, rms
+from flexhex.diagnosis.result.naming import by_name
+from flexhex.diagnosis.result.verdict import UNCONFIRMED, Diagnosis, Named, Residual, Rest, rms
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]
@@ -126,16 +128,25 @@ def _held_out(diagnosis: Diagnosis) -> list[str]:
 
 def _ambiguous(diagnosis: Diagnosis) -> str:
     sentences = []
-    for e in (e for e in diagnosis.effects if e.rivals):
+    for e in (_on(e, e.open) for e in diagnosis.effects if e.rivals):
         names = listed([phrase(e.id) + sizes(e), *(phrase(name) for name in e.rivals)], "or")
         verb = "lack" if len(e.axes) > 1 else "lacks"
         one = "either" if len(e.rivals) == 1 else "one of these:"
         text = f"{capital(where(e.axes))} {verb} {one} {names}; these runs do not distinguish them."
         sentences.append(text)
-    sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in diagnosis.effects if not e.rivals]
+    rest = [(e, tuple(a for a in e.axes if a not in e.open)) for e in diagnosis.effects]
+    sure = [f"{phrase(e.id)} on {where(axes)}" for e, axes in rest if axes or not e.rivals]
     if sure:
         sentences.append(f"Identified: {listed(sure)}.")
     return " ".join([*sentences, *_beside(diagnosis), *other_values(diagnosis)])
+
+
+def _on(effect: Named, axes: Sequence[int]) -> Named:
+    """An effect as if it were on these of its axes alone; none: as it is."""
+    if not axes:
+        return effect
+    parts = tuple(part for part in effect.parts if part[0] in axes)
+    return replace(effect, axes=tuple(axes), parameters=by_name(parts), parts=parts)
 
 
 def _changed(diagnosis: Diagnosis) -> str:

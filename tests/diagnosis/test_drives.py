@@ -92,9 +92,7 @@ def test_late_axis_that_the_search_left_out_is_no_measure_for_others() -> None:
         run.tau.values[:, 2] = sines(t, int(run.trajectory), 2, (LOOP, 2e-3), 0.0)
     path = PathBase(USUAL, 0.0105, 0.005, 1.0)
     common = drives.common_lag(path, listed)
-    side: Any = SimpleNamespace(
-        fit=SimpleNamespace(effects=[SelectedEffect(late.LAG, (AXIS_3,), ())])
-    )
+    side: Any = SimpleNamespace(fit=SimpleNamespace(effects=[SelectedEffect(late.LAG, (AXIS_3,))]))
     lateness = drives._late(side, path, listed, common)
     assert {axis: one.id for axis, one in lateness.items()} == {1: late.LAG, 2: late.LAG}
     assert lateness[1].time == pytest.approx(6e-3, rel=0.02)

@@ -33,7 +33,7 @@ def test_largest_effect_is_named_first(order: int, tmp_path: Path) -> None:
     bench = bench_of(tmp_path, friction_and_wave)
     shapes = {"coulomb_friction": {"s_0": 1e-4}, "cogging_harmonic": {"order": 29.0}}
     effects = [
-        SelectedEffect(name, (Part.of(bench, name, 0, shape),), ())
+        SelectedEffect(name, (Part.of(bench, name, 0, shape),))
         for name, shape in list(shapes.items())[::order]
     ]
     named = named_of(joint(bench, effects), [0.0, 0.0])
@@ -44,7 +44,7 @@ def test_interval_of_a_positive_value_does_not_go_below_zero(tmp_path: Path) -> 
     """A wave's sine and cosine may be anything; nothing is known of a shape without an interval."""
     bench = bench_of(tmp_path, friction_and_wave)
     part = Part.of(bench, "coulomb_friction", 0, {"s_0": 1e-4})
-    fit = joint(bench, [SelectedEffect("coulomb_friction", (part,), ())])
+    fit = joint(bench, [SelectedEffect("coulomb_friction", (part,))])
     known = replace(fit, bent=({"s_0": 0.0},))
     unsure = replace(known, deviation=(fit.beta[0],), shape_deviation=({"s_0": 1.0},))
     (effect,) = named_of(unsure, [0.0])
@@ -71,10 +71,10 @@ def test_name_on_another_axis_may_be_the_right_one_here(
     model, _, _ = fitted(base, run_set.runs)
     bench = Bench(model, compiled(2, None, model.base.holds))
     friction = tuple(Part.of(bench, "coulomb_friction", axis, {"s_0": 1e-4}) for axis in axes)
-    offset = Part.of(bench, "torque_offset", 0, {})
+    offset = Part.of(bench, "torque_offset", 0, {}, rivals=("coulomb_friction",))
     effects = [
-        SelectedEffect("coulomb_friction", friction, ()),
-        SelectedEffect("torque_offset", (offset,), ("coulomb_friction",)),
+        SelectedEffect("coulomb_friction", friction),
+        SelectedEffect("torque_offset", (offset,)),
     ]
     named = {effect.id: effect for effect in named_of(joint(bench, effects), [0.0] * 3)}
     assert named["torque_offset"].rivals == rivals

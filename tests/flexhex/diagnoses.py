@@ -54,12 +54,11 @@ def residual(axis: int | None = 3, size: float = 0.05, left: float = 0.0) -> Res
 
 def coulomb(axes: tuple[int, ...] = (3,)) -> Named:
     """Coulomb friction of 0.05 N m, a little more from axis to axis."""
-    if len(axes) == 1:
-        parameters = {"F_c": estimate(0.05, 0.0031)}
-    else:
-        parameters = {f"F_c[{a}]": estimate(0.05 + 0.01 * k, 0.0031) for k, a in enumerate(axes)}
-    parameters["v0"] = Estimate(0.002, (math.nan, math.nan), "rad/s")
-    return Named("coulomb_friction", "Coulomb friction", axes, parameters, share=0.93)
+    parts = tuple((a, {"F_c": estimate(0.05 + 0.01 * k, 0.0031)}) for k, a in enumerate(axes))
+    parts[-1][1]["v0"] = Estimate(0.002, (math.nan, math.nan), "rad/s")
+    several = len(axes) > 1
+    parameters = {f"{n}[{a}]" if several else n: e for a, own in parts for n, e in own.items()}
+    return Named("coulomb_friction", "Coulomb friction", axes, parameters, parts, share=0.93)
 
 
 def cogging() -> Named:
@@ -142,8 +141,14 @@ AMBIGUOUS = replace(
             coulomb(),
             rivals=("stribeck_friction", "second_hysteresis"),
             experiment="out/diagnose/next-coulomb_friction.csv",
+            open=(3,),
         ),
     ),
+)
+PARTLY = replace(
+    BASIC,
+    verdict="ambiguous",
+    effects=(replace(coulomb((2, 4)), rivals=("stribeck_friction",), open=(4,)),),
 )
 CHANGED = replace(BASIC, verdict="changed", effects=(), changed=(PAYLOAD,), maps=())
 CARRIED = replace(
@@ -173,6 +178,7 @@ EXAMPLES = {
     "named, not applied": BASIC,
     "pair": PAIR,
     "ambiguous": AMBIGUOUS,
+    "ambiguous on one axis": PARTLY,
     "changed": CHANGED,
     "payload": CARRIED,
     "unknown": UNKNOWN,

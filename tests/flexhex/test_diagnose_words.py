@@ -22,6 +22,8 @@ SENTENCES = {
     " the machine file: end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
     "ambiguous": "Axis 3 lacks one of these: Coulomb friction of 0.050 ± 0.003 N m, Stribeck"
     " friction or an additional hysteresis; these runs do not distinguish them.",
+    "ambiguous on one axis": "Axis 4 lacks either Coulomb friction of 0.060 ± 0.003 N m or Stribeck"
+    " friction; these runs do not distinguish them. Identified: Coulomb friction on axis 2.",
     "changed": "No effect is missing. Parameters that deviate from the machine file: end_effector.m"
     " is 3.71 ± 0.10 kg, not 3.20 kg.",
     "unknown": "A repeatable residual remains on axis 4 that no effect of the library explains:"
