@@ -89,7 +89,8 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
         masks = [blocks[a].usable & blocks[b].usable for a, b in neighbours]
     else:
-        traces, masks = list(residual), [block.usable for block in blocks]
+        masks = [block.usable for block in blocks]
+        traces = _apart(residual, masks)
     n = traces[0].shape[1]
     torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
     white = INEXACT * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
@@ -101,6 +102,17 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
     return Noise(a, scale, rms, bool(neighbours), slow)
+
+
+def _apart(residual: Sequence[Array], masks: Sequence[Mask]) -> list[Array]:
+    """Residuals (m, n) of runs without repeats as far as they are noise: a constant that they have
+    in common is none, which one run alone does not show."""
+    if len(residual) < 2:
+        return list(residual)
+    common = np.mean(
+        [r[mask].mean(axis=0) for r, mask in zip(residual, masks, strict=True)], axis=0
+    )
+    return [r - common for r in residual]
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:

@@ -144,10 +144,16 @@ def simplest(
         )
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
-    fuller = [s for s in near if s.hypothesis.extends == first.hypothesis.id]
+    fuller = [s for s in near if first.hypothesis.id in _simpler(s)]
     sure = first.gain + log(criteria.odds)
     rivals = [s for s in near if s is not first and (s not in fuller or s.gain > sure)]
     return Accepted(first, tuple(rivals), number, tuple(fuller))
+
+
+def _simpler(score: Score) -> tuple[str, ...]:
+    """Effects that this one is a fuller form of."""
+    own = score.hypothesis
+    return (own.extends, own.limit) if isinstance(own, EffectHypothesis) else (own.extends,)
 
 
 def unrepeated(plain: Moments, known: Sequence[Score]) -> Callable[[Score], float]:

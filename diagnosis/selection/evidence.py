@@ -79,7 +79,8 @@ def _fitted(
     A = S[there] + priors[there, :, None] * np.eye(k)
     gains[there], fall, odd[there] = _possible(effect, A, rest[there])
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
-    evidence[there] = (fall - size) / 2
+    # beyond what is left no fall is one: products between passes have lost their sign
+    evidence[there] = np.where(fall > moments.most(left), -np.inf, (fall - size) / 2)
     if effect.taken is not None and effect.axis is not None:
         squares, unexplained = moments.left_over(effect.axis, left)
         passed = squares + gains[there, 0] * (gains[there, 0] * own[there, 0, 0] - 2 * right[there])

@@ -166,6 +166,7 @@ class Hypotheses:
             effect.most,
             taken=taken if effect.entered else None,
             slow=item.slow,
+            limit=effect.limit,
             ordered=ordered,
             known=known,
         )

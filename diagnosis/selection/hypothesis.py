@@ -35,7 +35,8 @@ class EffectHypothesis:
     """An effect with all shapes of its grid. columns: makes whitened ones (R, shapes * k) of some
     shapes, side by side, on each axis that feels them, as they take most of the memory; felt: axes
     that feel it; low, high (k,): least gains, largest ones; freedom: numbers that
-    a fit may choose; extends: the simpler effect that it becomes without its further gains;
+    a fit may choose; extends: the simpler effect that it becomes without its further gains; limit:
+    that at an end of its shape's range;
     choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
     change of the reported torque that a gain of one takes away, if the columns are of that torque;
     slow: it goes with angle, rate and time alone; ordered: pairs of gains of which the first is at
@@ -55,6 +56,7 @@ class EffectHypothesis:
     choices: int = 1
     taken: Callable[[], Array] | None = None
     slow: bool = False
+    limit: str = ""
     ordered: tuple[tuple[int, int, float], ...] = ()
     known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
 

@@ -80,6 +80,7 @@ class Moments:
         self._squares: dict[int, Array] = {}
         self._twins: dict[Term, Mapping[int, Array]] = {}
         self._left_over: dict[tuple[int, Left], tuple[float, float]] = {}
+        self._most: dict[Left, float] = {}
 
     def sizes(self, c: Array) -> Array:
         """RMS of X c on each axis (n,) [N m]."""
@@ -220,6 +221,19 @@ class Moments:
             noise = 0.0 if rows.model.between else float(kept.sum())
             self._left_over[axis, left] = whole, unexplained - noise
         return self._left_over[axis, left]
+
+    def most(self, left: Left) -> float:
+        """Squares that more columns can take from the fit to all folds but one: what it leaves
+        between passes, and as much noise as there is."""
+        if left not in self._most:
+            rows, (G, b), q = self.rows, self.gram(left), self.fit(left).q
+            kept = rows.fold != left
+            whole = sum(
+                float(y[kept] @ twin[kept])
+                for y, twin in zip(rows.white_y, rows.twin_y, strict=True)
+            )
+            self._most[left] = max(whole - float(q @ (2 * b - G @ q)), 0.0) + rows.n * kept.sum()
+        return self._most[left]
 
     def fit(self, left: Left) -> Solved:
         """The fit to all folds but one."""

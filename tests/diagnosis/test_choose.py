@@ -10,6 +10,7 @@ import pytest
 
 from flexhex.diagnosis.selection.choose import Accepted, one_cause, simplest
 from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 
@@ -38,16 +39,17 @@ def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None
     assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
 
 
+@pytest.mark.parametrize("fuller", ["extends", "limit"])
 @pytest.mark.parametrize(("better", "rivals"), [(1.0, []), (10.0, ["stribeck"])])
 def test_fuller_form_is_a_rival_where_it_predicts_better_than_chance(
-    better: float, rivals: list[str]
+    better: float, rivals: list[str], fuller: str
 ) -> None:
     """Within the error of the form the simpler one comes first; that it is no more nobody knows."""
     scores = []
     for name, gain, freedom in (("stribeck", 2000.0 + better, 3), ("coulomb", 2000.0, 1)):
-        extends = "coulomb" if name == "stribeck" else ""
-        effect: Any = SimpleNamespace(
-            id=name, axis=0, freedom=freedom, extends=extends, exact=False, most=1
+        of = {"extends": "", fuller: "coulomb" if name == "stribeck" else ""}
+        effect = EffectHypothesis(
+            name, 0, (), dict, (0,), np.zeros(1), np.ones(1), freedom, exact=False, most=1, **of
         )
         scores.append(Score(effect, gain / 2, np.zeros(2), 0.01))
     accepted = simplest(scores[0], scores, 1, USUAL)

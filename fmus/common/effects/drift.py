@@ -34,6 +34,7 @@ class ThermalDrift(Effect):
         Gain("g_w", "1/N2 m2", 1e-3, 0.0, 1e6, "relative loss per mean square of the torque"),
     )
     shapes = (TIME,)
+    limit = "drive_gain"
     states = (State("w", "N2 m2"),)
     excites = "a run as long as the time constant, from cold"
     confused_with = ("offset_drift", "drive_gain")
@@ -61,6 +62,7 @@ class OffsetDrift(Effect):
     id, title, acts_on = "offset_drift", "drift of the offset", "torque"
     gains = (Gain("o_r", "N m/s", 1e-3, -1e3, 1e3, "creep at first"),)
     shapes = (TIME,)
+    limit = "torque_offset"
     usual = 0.01
     excites = "a run as long as the time constant"
     confused_with = ("thermal_drift",)

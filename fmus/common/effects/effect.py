@@ -126,6 +126,8 @@ class Effect:
     behind    the part of such an effect that acts after the reported torque; None: all of it
     size      parameter that says how large it is; "": its gains
     extends   id of the effect this becomes when all gains but the first are zero
+    limit     id of the effect this comes to at an end of its shape's range: a rival of that one
+              only where it predicts better
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it
     geared    whether it lies between a rotor, whose angle is read, and the link that it drives: the
@@ -152,6 +154,7 @@ class Effect:
     behind: Effect | None = None
     size: str = ""
     extends: str = ""
+    limit: str = ""
     most: int = 1
     turning: bool = False
     geared: bool = False
