@@ -64,7 +64,9 @@ class Joint:
         if self.parts:
             fitted = fitted.extended([part.columns for part in self.parts])
         level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
-        return np.asarray(level * fitted.covariance[: len(self.q), : len(self.q)])
+        count = len(self.q)
+        wider = np.sqrt(np.maximum(fitted.doubt[:count], level))
+        return np.asarray(fitted.covariance[:count, :count] * np.outer(wider, wider))
 
     @cached_property
     def explained(self) -> list[Array]:

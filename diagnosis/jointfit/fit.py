@@ -17,7 +17,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.design import beside_of
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
-from flexhex.diagnosis.runs.noise import Noise, measured, pairs, unweighted
+from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
 STEPS = 2
@@ -72,20 +72,26 @@ def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Cali
         if not more.any():
             break
         misled |= more
+    rubbed = _weighted(first, unweighted(noise, misled), given, rubbed.doubted(left).doubt)
+    left = rubbed.residual(rubbed.regression.q)
     agreed = abs(rubbed.fitted.delay) <= late or axes_agree(rubbed)
     noise = unweighted(measured(blocks, left), misled)
-    return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors), agreed
+    model = about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
+    return model.doubted(left), agreed
 
 
 def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     """The base model fitted to the same runs anew, from its values on; they carry other payloads
     now."""
-    rubbed = with_friction(
-        about_known(model.base, blocks, model.fitted, model.noise, (), model.errors)
-    )
+    now = about_known(model.base, blocks, model.fitted, model.noise, (), model.errors)
+    rubbed = with_friction(now)
+    left = rubbed.residual(rubbed.regression.q)
+    rubbed = replace(rubbed, doubt=rubbed.doubted(left).doubt)
     q = rubbed.regression.q
-    noise = unweighted(measured(blocks, rubbed.residual(q)), model.noise.white)
-    return about_known(model.base, blocks, _moved(rubbed, q), noise, (), model.errors)
+    left = rubbed.residual(q)
+    noise = unweighted(measured(blocks, left), model.noise.white)
+    again = about_known(model.base, blocks, _moved(rubbed, q), noise, (), model.errors)
+    return again.doubted(left)
 
 
 def with_friction(model: Calibrated) -> Calibrated:
@@ -93,7 +99,7 @@ def with_friction(model: Calibrated) -> Calibrated:
     repeat, a constant torque. Without repeats the noise is taken from the residual itself, and a
     constant torque made the weights that follow from it worse (docs/method.md)."""
     n, columns = model.base.n, friction(model.blocks)
-    kinds = ["dry", "viscous", "constant"] if any(pairs(model.blocks)) else ["dry", "viscous"]
+    kinds = ["dry", "viscous", "constant"]
     more = [
         Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i) for kind in kinds for i in range(n)
     ]
@@ -164,12 +170,15 @@ def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array
     return nominal + (weight * solutions[best])[:count], step * best
 
 
-def _weighted(model: Calibrated, noise: Noise, given: Sequence[Array]) -> Calibrated:
+def _weighted(
+    model: Calibrated, noise: Noise, given: Sequence[Array], doubt: Array | None = None
+) -> Calibrated:
     """The base model and friction fitted from its values on, in `STEPS` steps."""
     fitted, errors = model.fitted, model.errors
 
     def at(values: Fitted) -> Calibrated:
-        return with_friction(about(model.base, model.blocks, values, noise, (), given, errors))
+        there = with_friction(about(model.base, model.blocks, values, noise, (), given, errors))
+        return there if doubt is None else replace(there, doubt=doubt)
 
     for _ in range(STEPS):
         there = at(fitted)
@@ -187,7 +196,8 @@ def beside(fit: Joint) -> Calibrated:
         before = model.fitted
         fitted = _moved(model, fit.q, STRIDE)
         model.forget()
-        model = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
+        now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
+        model = replace(now, doubt=model.doubt)
         fit = again(fit, Bench(model, list(fit.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
@@ -195,7 +205,7 @@ def beside(fit: Joint) -> Calibrated:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
     noise = measured(model.blocks, fit.residual)
-    return replace(model, noise=unweighted(noise, model.noise.white))
+    return replace(model, noise=unweighted(noise, model.noise.white)).doubted(fit.residual)
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:

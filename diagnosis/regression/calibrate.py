@@ -7,7 +7,7 @@ its nonlinear parameters stand beside every candidate.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.doubt import doubt
 from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
@@ -51,7 +52,8 @@ class Calibrated:
     y: torque minus nominal (m, n) [N m] and its columns B of each block; a coefficient of one
     is a tolerance of `known`. errors: columns (m, n, k) of each block of errors of
     the geometry, which hardly change with the fit. between: what is asked for repeats; else it
-    changes from pass to pass. loads: payloads of the runs.
+    changes from pass to pass. loads: payloads of the runs. doubt (nb,): how many times less sure
+    of each parameter the rows are than noise makes them; none: once.
     """
 
     base: Base
@@ -65,6 +67,7 @@ class Calibrated:
     noise: Noise
     between: bool = True
     loads: tuple[Load, ...] = ()
+    doubt: Array = field(default_factory=lambda: np.ones(0))
 
     @cached_property
     def kept(self) -> list[NDArray[np.bool_]]:
@@ -152,10 +155,21 @@ class Calibrated:
     @cached_property
     def regression(self) -> Regression:
         """All whitened rows, axis by axis."""
-        prior = np.array([k.wider**-2.0 * np.isfinite(k.tolerance) for k in self.known])
+        known = np.array([k.wider**-2.0 * np.isfinite(k.tolerance) for k in self.known])
+        times = np.append(self.doubt, np.ones(len(known) - len(self.doubt)))
+        y, drifting = self._whole(self.y), not self.between
+        return Regression(y, self._white_B, known * times, times, self.layout, drifting=drifting)
+
+    def doubted(self, residual: Sequence[Array]) -> Calibrated:
+        """The same, as sure of its parameters as residuals (m, n) [N m] of a fuller one let it."""
+        white = np.split(self._whole(residual), self.base.n)
+        cluster = self.layout.cluster[self.layout.rows(0)]
+        return replace(self, doubt=doubt(self._white_B, white, cluster))
+
+    def _whole(self, values: Sequence[Array]) -> Array:
+        """Whitened rows (R,) of values (m, n) in each block, axis by axis."""
         n = self.base.n
-        y = np.concatenate([self.white(i, [v[:, i] for v in self.y]) for i in range(n)])
-        return Regression(y[:, 0], self._white_B, prior, self.layout, drifting=not self.between)
+        return np.concatenate([self.white(i, [v[:, i] for v in values])[:, 0] for i in range(n)])
 
     @property
     def _white_B(self) -> Design:

@@ -48,6 +48,7 @@ class GainEstimate:
 @dataclass(frozen=True)
 class Regression:
     """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,); rows axis by axis.
+    doubt (nb,): how many times prior counts what is known of q, as errors of the model do.
 
     Products of rows are taken between passes: what does not repeat, in torque or motion, drops
     out of them. (A disturbance moves the joints too; within one pass the feedback's answer to
@@ -63,6 +64,7 @@ class Regression:
     y: Array
     B: Design
     prior: Array
+    doubt: Array
     layout: Layout
     known: tuple[Array, Array] | None = None
     held: Array | None = None
@@ -135,7 +137,8 @@ class Regression:
         if not freed:
             return self
         prior = self.prior.copy()
-        prior[list(freed)] = list(freed.values())
+        places = list(freed)
+        prior[places] = np.array(list(freed.values())) * self.doubt[places]
         return replace(self, prior=prior, known=self.gram, held=self.firm)
 
     def only(self, kept: NDArray[np.int64]) -> Regression:
@@ -143,7 +146,9 @@ class Regression:
         G, b = self.gram
         own = np.ix_(kept, kept)
         fewer, prior = self.B.only(kept), self.prior[kept]
-        return replace(self, B=fewer, prior=prior, known=(G[own], b[kept]), held=self.firm[own])
+        products = G[own], b[kept]
+        doubt, held = self.doubt[kept], self.firm[own]
+        return replace(self, B=fewer, prior=prior, doubt=doubt, known=products, held=held)
 
     def extended(self, columns: list[Columns]) -> Regression:
         """With further columns, free of any prior."""
@@ -155,7 +160,8 @@ class Regression:
         more = {i: C[self.layout.rows(i)] for i in range(self.layout.n)}
         B, prior = self.B.beside(more, C.shape[1]), np.append(self.prior, np.zeros(C.shape[1]))
         held = np.pad(self.firm, (0, C.shape[1]))
-        return replace(self, B=B, prior=prior, known=(whole, right), held=held)
+        doubt = np.append(self.doubt, np.ones(C.shape[1]))
+        return replace(self, B=B, prior=prior, doubt=doubt, known=(whole, right), held=held)
 
     def spread(self, columns: Columns) -> Array:
         """Columns (R, k) of all rows."""
@@ -208,7 +214,7 @@ class Regression:
         other = self.layout.across(clean)
         clean[rows] += C
         other[rows] += twin
-        ideas = -np.sqrt(self.prior)[:, None] * moved
+        ideas = -np.sqrt(self.prior * self.doubt)[:, None] * moved
         own = twin.T @ C
         S = own - cross.T @ moved
         alone, lost = safe_gram(S, own), ~is_left(S, own)

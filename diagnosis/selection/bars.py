@@ -20,15 +20,12 @@ class Bars:
     """Least gains [nats]: of a hypothesis of any kind, as all together raise as few false alarms as
     wanted; of an effect that another axis has, which has as many chances as there are axes; beside
     that, what errors in the form of accepted effects may have left on each axis, or on all, that
-    their columns (`form.py`) do not show, as they are smooth: how friction turns over, above all;
-    unexplained: of a base parameter, whose torque is in the model already, what the same share of
-    all that nothing explains yet on each axis may make of it.
+    their columns (`form.py`) do not show, as they are smooth: how friction turns over, above all.
     """
 
     first: float
     again: float
     blur: Mapping[Axis, float] = field(default_factory=dict)
-    unexplained: tuple[float, ...] = ()
 
 
 def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:
@@ -88,10 +85,11 @@ def form_error(score: Score, criteria: Criteria) -> float:
 
 def blurred(score: Score, bars: Bars) -> float:
     """What a hypothesis may gain [nats] by errors in the form of accepted effects: of those on
-    other axes as far as it is felt there; a base parameter by what is left where it is felt."""
+    other axes as far as it is felt there. What they do to base parameters is in the doubt of
+    these."""
     axis = score.hypothesis.axis
     if isinstance(score.hypothesis, ChangedParameter):
-        return sum(a * b for a, b in zip(score.spread, bars.unexplained, strict=False))
+        return 0.0
 
     def felt(other: Axis) -> float:
         if axis is None or other is None or other == axis:

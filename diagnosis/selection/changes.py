@@ -31,8 +31,10 @@ def change_scores(
         total, gains = dict[Left, Array](), np.zeros(0)
         for left, (S, r) in alone.items():
             own = [(S[np.ix_(c.places, c.places)], r[list(c.places)], c.ways) for c in listed]
-            squares = np.array([W.T @ of @ W for of, _, W in own])
-            values, turned, vectors = turned_to(squares, np.array([W.T @ b for _, b, W in own]))
+            often = np.array([moments.rows.often(c.places) for c in listed])[:, None]
+            squares = np.array([W.T @ of @ W for of, _, W in own]) / often[:, :, None]
+            right = np.array([W.T @ b for _, b, W in own]) / often
+            values, turned, vectors = turned_to(squares, right)
             total[left] = log_evidence(values, turned, priors[:, None])
             if left is None:
                 gains = (vectors @ (turned / (values + priors[:, None]))[:, :, None])[:, :, 0]
@@ -40,8 +42,8 @@ def change_scores(
             if change.possible(gains[k]):
                 without = np.array([total[fold][k] for fold in moments.rows.folds])
                 whole = float(total[None][k])
-                size, spread = _size_of(moments, change, gains[k]) if whole > 0 else (0.0, ())
-                scores.append(Score(change, whole, without, size, spread=spread))
+                size = _size_of(moments, change, gains[k]) if whole > 0 else 0.0
+                scores.append(Score(change, whole, without, size))
     return scores
 
 
@@ -53,14 +55,8 @@ def _parameters_alone(moments: Moments, left: Left) -> tuple[Array, Array]:
     return G[:nb, :nb] - half.T @ half, b[:nb] - G[:nb] @ fit.q
 
 
-def _size_of(
-    moments: Moments, change: ChangedParameter, gains: Array
-) -> tuple[float, tuple[float, ...]]:
-    """Relative RMS of what parameters add, on the axis that feels them most, and the share of each
-    axis of its squares beside the noise."""
-    step, rows = np.zeros(moments.m), moments.rows
+def _size_of(moments: Moments, change: ChangedParameter, gains: Array) -> float:
+    """Relative RMS of what parameters add, on the axis that feels them most."""
+    step = np.zeros(moments.m)
     step[list(change.places)] = change.ways @ gains
-    relative = moments.sizes(step) / rows.torque_rms
-    squares = (relative * rows.white_rms) ** 2
-    shares = squares / max(float(squares.sum()), np.finfo(float).tiny)
-    return float(relative.max()), tuple(shares.tolist())
+    return float((moments.sizes(step) / moments.rows.torque_rms).max())

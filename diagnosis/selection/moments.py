@@ -9,17 +9,14 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
 
 from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.solved import Solved, factor_of
 
 Array = NDArray[np.float64]
 Left = int | None
 """Fold that is left out of a fit; None: none is."""
-FIRM, UNSURE = 1e-8, 1e-6
-"""Least curvature, relative to a column's own: added everywhere, so that rounding decides nothing;
-and where noise made products between passes negative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,30 +27,6 @@ class Term:
     raw: Mapping[int, Array]
     white: Mapping[int, Array]
     prior: Array
-
-
-@dataclass(frozen=True)
-class Solved:
-    """A fit: coefficients q (m,); factor R and sizes s (m,) of G + prior = s R' R s."""
-
-    q: Array
-    factor: Array
-    size: Array
-
-    def solve(self, right: Array) -> Array:
-        """(G + prior)^-1 right, right (m,) or (m, k)."""
-        across = self.size if right.ndim == 1 else self.size[:, None]
-        return np.asarray(cho_solve((self.factor, False), right / across) / across)
-
-    def half(self, right: Array) -> Array:
-        """The half (m, k) of it whose square is right' (G + prior)^-1 right."""
-        scaled = right / self.size[:, None]
-        return np.asarray(solve_triangular(self.factor, scaled, trans=1, check_finite=False))
-
-    def covariance(self, places: NDArray[np.int64]) -> Array:
-        """(G + prior)^-1 of some coefficients (k, k)."""
-        half = self.half(np.eye(len(self.q))[:, places])
-        return np.asarray(half.T @ half)
 
 
 class Moments:
@@ -72,8 +45,8 @@ class Moments:
         ends = rows.nb + np.cumsum([0, *(len(term.prior) for term in terms)])
         self._places = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.m = int(ends[-1])
-        prior = rows.prior.copy()
-        prior[list(freed)] = list(freed.values())
+        prior, places = rows.prior.copy(), list(freed)
+        prior[places] = np.array(list(freed.values())) * rows.doubt[places]
         self.prior = np.concatenate([prior, *(t.prior for t in terms)])
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
@@ -162,7 +135,8 @@ class Moments:
             return self
         gone = np.concatenate([np.arange(self.m)[self.place(term)] for term in terms])
         kept = np.setdiff1d(np.arange(self.m), gone)
-        shorter = Moments(self.rows, [t for t in self.terms if t not in terms], self.freed)
+        left = [t for t in self.terms if t not in terms]
+        shorter = Moments(self.rows, left, self.freed)
         shorter._twins = {t: self.twins(t) for t in shorter.terms}
         own = np.ix_(kept, kept)
         shorter._grams = {f: (G[own], b[kept]) for f, (G, b) in self._grams.items()}
@@ -181,8 +155,7 @@ class Moments:
 
     def loosened(self, places: Sequence[int], prior: float) -> Moments:
         """With another inverse variance of base parameters."""
-        freed = {**self.freed, **dict.fromkeys(places, prior)}
-        looser = Moments(self.rows, self.terms, freed)
+        looser = Moments(self.rows, self.terms, {**self.freed, **dict.fromkeys(places, prior)})
         looser._grams, looser._twins, looser._squares = self._grams, self._twins, self._squares
         return looser
 
@@ -241,21 +214,6 @@ class Moments:
             G, b = self.gram(left)
             nb = self.rows.nb
             G[:nb, :nb] += self.rows.firm
-            fit = Solved(b, *_factor(G, self.prior))
+            fit = Solved(b, *factor_of(G, self.prior))
             self.fits[left] = replace(fit, q=fit.solve(b))
         return self.fits[left]
-
-
-def _factor(G: Array, prior: Array) -> tuple[Array, Array]:
-    """Factor and sizes of G + prior; directions that nothing determines stay where they are."""
-    own = np.abs(np.diag(G) + prior)
-    size = np.sqrt(np.where(own > 0, own, 1.0))
-    scaled = (G + np.diag(prior)) / np.outer(size, size)
-    scaled[np.diag_indices_from(scaled)] += FIRM
-    try:
-        factor, _ = cho_factor(scaled)
-    except LinAlgError:
-        # products between passes of what hardly repeats may be negative
-        values, vectors = np.linalg.eigh(scaled)
-        factor, _ = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
-    return factor, size

@@ -96,9 +96,10 @@ def _calibrated(model: Calibrated, levels: Levels) -> Calibrated:
 def _apart(rows: Rows, count: int) -> tuple[Rows, ColumnsByAxis]:
     """Rows without the last `count` columns of the base model, and these."""
     kept, own = np.arange(rows.nb - count), rows.nb - count + np.arange(count)
-    prior, firm = rows.prior[:-count], rows.firm[:-count, :-count]
+    prior, doubt = rows.prior[:-count], rows.doubt[:-count]
+    firm = rows.firm[:-count, :-count]
     fewer, white_B = rows.B.only(kept), rows.white_B.only(kept)
-    without = replace(rows, B=fewer, white_B=white_B, prior=prior, firm=firm)
+    without = replace(rows, B=fewer, white_B=white_B, prior=prior, doubt=doubt, firm=firm)
     raw, white = ({i: B.at(i, own) for i in range(rows.n)} for B in (rows.B, rows.white_B))
     return without, ColumnsByAxis(raw, white)
 

@@ -26,7 +26,8 @@ class Rows:
     moving[i] (R,): 1 where the axis moves, 0 where it rests and a row says nothing. fold (R,):
     trajectory, or stretch of an only one. twins (R, R): the mean of the same instant's other
     passes, symmetric and within a fold; a row that has none is its own. prior (nb,): inverse
-    variance of q; firm (nb, nb): curvature where noise alone moves B; torque_rms (n,) [N m].
+    variance of q, doubt (nb,) times; firm (nb, nb): curvature where noise alone moves B;
+    torque_rms (n,) [N m].
     """
 
     model: Calibrated
@@ -38,6 +39,7 @@ class Rows:
     fold: Index
     twins: csr_array
     prior: Array
+    doubt: Array
     firm: Array
     torque_rms: Array
 
@@ -61,6 +63,7 @@ class Rows:
             layout.fold[own],
             twins,
             white.prior,
+            white.doubt,
             white.firm,
             model.torque_rms,
         )
@@ -79,6 +82,10 @@ class Rows:
     def count(self) -> int:
         """Rows of an axis."""
         return len(self.fold)
+
+    def often(self, places: Sequence[int]) -> float:
+        """How often rows say the same again of these base parameters."""
+        return float(self.doubt[list(places)].mean())
 
     @cached_property
     def parts(self) -> dict[int, RowSelection]:

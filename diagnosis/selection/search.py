@@ -32,7 +32,6 @@ from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
     Hypothesis,
 )
-from flexhex.diagnosis.selection.left import rest_of
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.scores import (
@@ -153,8 +152,7 @@ class Search:
                 whole = together(self.moments, terms)
                 left *= max(whole / alone, 1.0)
             blur[axis] = left
-        rests = (self.criteria.form_error**2 * rest.gain for rest in rest_of(self.moments))
-        return replace(self.bars, blur=blur, unexplained=tuple(rests))
+        return replace(self.bars, blur=blur)
 
     def _own(self, axis: Axis) -> list[tuple[Score, tuple[Term, ...]]]:
         """Effects that were accepted on an axis."""

@@ -83,7 +83,12 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search.revise(accepted.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
-    changes = [s for s in search.known() if isinstance(s.hypothesis, ChangedParameter)]
+    known = [(s.hypothesis, s.gain) for s in search.known()]
+    changes = [
+        gain * moments.rows.often(own.places)
+        for own, gain in known
+        if isinstance(own, ChangedParameter)
+    ]
     hypotheses.forget()
     nameless = [search.nameless(axis) for axis in axes]
     return Selection(
@@ -96,7 +101,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         rest_of(moments),
         tuple(rounds),
         bench,
-        moved_gain(moments) + sum(score.gain for score in changes),
+        moved_gain(moments) + sum(changes),
     )
 
 

@@ -53,7 +53,7 @@ def regression(rows: Layout, nb: int = 3, seed: int = 0, prior: float = 0.0) -> 
     rng = np.random.default_rng([7, seed])
     B = signals(rows, nb, seed)
     y = B @ rng.standard_normal(nb) + rng.standard_normal(len(B))
-    return Regression(y, design(B, rows), np.full(nb, prior), rows)
+    return Regression(y, design(B, rows), np.full(nb, prior), np.ones(nb), rows)
 
 
 def design(B: Array, rows: Layout) -> Design:

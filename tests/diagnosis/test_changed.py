@@ -107,7 +107,7 @@ def fit_of(off: Array, seed: int) -> Joint:
     rows = Layout(np.zeros(COUNT, dtype=int), alone * FOLDS // COUNT, alone // 20, alone)
     known = [Known(f"m[{k + 1}]", "kg", 2.0, 0.1, "m") for k in range(len(off))]
     model: Any = SimpleNamespace(
-        regression=Regression(y, Design.of([B]), np.ones(len(off)), rows),
+        regression=Regression(y, Design.of([B]), *np.ones((2, len(off))), rows),
         known=known,
         scale=np.full(len(off), 0.1),
     )

@@ -30,7 +30,7 @@ def noisy_motion(seed: int) -> Regression:
     B = signals(rows, 2, seed)
     seen = B + 0.5 * rng.standard_normal(B.shape)
     y = B @ np.array([2.0, -1.0]) + 0.3 * rng.standard_normal(len(B))
-    return Regression(y, design(seen, rows), np.zeros(2), rows)
+    return Regression(y, design(seen, rows), np.zeros(2), np.ones(2), rows)
 
 
 def test_products_between_passes_leave_no_bias_of_noisy_columns() -> None:
@@ -181,7 +181,7 @@ def test_parameters_without_data_stay_where_they_are() -> None:
     rows = layout()
     B = signals(rows, 2, 1)
     B[:, 1] = 0.0
-    fitted = Regression(B[:, 0] * 3.0, design(B, rows), np.zeros(2), rows)
+    fitted = Regression(B[:, 0] * 3.0, design(B, rows), np.zeros(2), np.ones(2), rows)
     assert fitted.q == pytest.approx([3.0, 0.0], abs=1e-6)
 
 
@@ -196,7 +196,7 @@ def test_parameters_that_noise_alone_moves_stay_where_they_are(seed: int) -> Non
     # two columns that only noise tells apart: their sum is determined, their difference is not
     B[:, 2] = B[:, 0] + 1e-3 * rng.standard_normal(len(B))
     y = B[:, 0] * 3.0 + rng.standard_normal(len(B))
-    fitted = Regression(y, design(B, rows), np.zeros(3), rows)
+    fitted = Regression(y, design(B, rows), np.zeros(3), np.ones(3), rows)
     q = fitted.q
     # chance, as in 1200 rows of unit noise
     assert abs(q[1]) < 5 / np.sqrt(len(B))
@@ -204,14 +204,14 @@ def test_parameters_that_noise_alone_moves_stay_where_they_are(seed: int) -> Non
     assert abs(q[0] - q[2]) * 1e-3 < 5 / np.sqrt(len(B))
     assert fitted.residual.std() == pytest.approx(1.0, rel=0.05)
     # what repeats is as it was
-    clean = Regression(y, design(B[:, :1], rows), np.zeros(1), rows)
+    clean = Regression(y, design(B[:, :1], rows), np.zeros(1), np.ones(1), rows)
     assert not clean.firm.any()
 
 
 def test_strain_is_what_tolerances_are_left_by() -> None:
     rows = layout()
     B = signals(rows, 2, 1)
-    fitted = Regression(B @ np.array([3.0, 0.0]), design(B, rows), np.ones(2), rows)
+    fitted = Regression(B @ np.array([3.0, 0.0]), design(B, rows), np.ones(2), np.ones(2), rows)
     assert fitted.strain == pytest.approx(9.0, rel=0.01)
 
 

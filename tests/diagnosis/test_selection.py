@@ -43,7 +43,20 @@ def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     model: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
     alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y)),), Design.of([B])
     firm, torque = np.zeros((len(prior), len(prior))), np.array([2.0])
-    return Rows(model, (y,), design, (y,), design, moves, fold, alone, prior, firm, torque)
+    return Rows(
+        model,
+        (y,),
+        design,
+        (y,),
+        design,
+        moves,
+        fold,
+        alone,
+        prior,
+        np.ones_like(prior),
+        firm,
+        torque,
+    )
 
 
 def effect_of(columns: Array) -> EffectHypothesis:

@@ -1,0 +1,53 @@
+"""A linear fit with what is known of its coefficients, factored once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
+
+Array = NDArray[np.float64]
+FIRM, UNSURE = 1e-8, 1e-6
+"""Least curvature, relative to a column's own: added everywhere, so that rounding decides nothing;
+and where noise made products between passes negative."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A fit: coefficients q (m,); factor R and sizes s (m,) of G + prior = s R' R s."""
+
+    q: Array
+    factor: Array
+    size: Array
+
+    def solve(self, right: Array) -> Array:
+        """(G + prior)^-1 right, right (m,) or (m, k)."""
+        across = self.size if right.ndim == 1 else self.size[:, None]
+        return np.asarray(cho_solve((self.factor, False), right / across) / across)
+
+    def half(self, right: Array) -> Array:
+        """The half (m, k) of it whose square is right' (G + prior)^-1 right."""
+        scaled = right / self.size[:, None]
+        return np.asarray(solve_triangular(self.factor, scaled, trans=1, check_finite=False))
+
+    def covariance(self, places: NDArray[np.int64]) -> Array:
+        """(G + prior)^-1 of some coefficients (k, k)."""
+        half = self.half(np.eye(len(self.q))[:, places])
+        return np.asarray(half.T @ half)
+
+
+def factor_of(G: Array, prior: Array) -> tuple[Array, Array]:
+    """Factor and sizes of G + prior; directions that nothing determines stay where they are."""
+    own = np.abs(np.diag(G) + prior)
+    size = np.sqrt(np.where(own > 0, own, 1.0))
+    scaled = (G + np.diag(prior)) / np.outer(size, size)
+    scaled[np.diag_indices_from(scaled)] += FIRM
+    try:
+        factor, _ = cho_factor(scaled)
+    except LinAlgError:
+        # products between passes of what hardly repeats may be negative
+        values, vectors = np.linalg.eigh(scaled)
+        factor, _ = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
+    return factor, size
