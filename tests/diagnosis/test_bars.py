@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +11,6 @@ import pytest
 
 from flexhex.diagnosis.selection.bars import Bars, beyond_chance, blurred
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.test_selection import RMS, Array, bench_of
@@ -35,14 +33,6 @@ def test_errors_count_where_they_are_felt(
     axis: int, spread: tuple[float, ...], left: float
 ) -> None:
     assert blurred(score(1.0, axis, spread), BARS) == pytest.approx(left)
-
-
-def test_parameter_is_compared_with_what_nothing_explains_where_it_is_felt() -> None:
-    """Its torque is in the model already: what it gains says what its tolerance has against it."""
-    hypothesis = ChangedParameter("m", (0,), None)
-    change = Score(hypothesis, 20.0, np.full(2, 10.0), 0.1, spread=(0.4, 0.6))
-    assert blurred(change, BARS) == 0.0
-    assert blurred(change, replace(BARS, unexplained=(100.0, 10.0))) == pytest.approx(46.0)
 
 
 @pytest.mark.parametrize(

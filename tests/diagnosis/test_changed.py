@@ -57,6 +57,21 @@ def test_change_is_what_tolerances_make_improbable(tolerances: float, changed: b
     assert passes(scores, (), BARS, USUAL) == changed
 
 
+def test_errors_of_the_model_are_no_change() -> None:
+    """Rows that say the same nine times over count as a ninth of them."""
+    B, y = drawn(np.array([12.0, 0.0]), 1)
+    fold = np.arange(COUNT) * FOLDS // COUNT
+
+    def gain(times: float) -> float:
+        rows = rows_of(np.sqrt(times) * y, np.sqrt(times) * B, np.full(2, times), fold)
+        rows = replace(rows, doubt=np.full(2, times))
+        (score,) = change_scores(Moments(rows), [ChangedParameter("m", (0,), None)], USUAL)
+        return score.gain
+
+    assert gain(1.0) > 40
+    assert gain(9.0) == pytest.approx(gain(1.0), rel=1e-6)
+
+
 def test_another_parameter_is_none_that_changed() -> None:
     assert not passes(scored(np.array([30.0, 0.0, 0.0]), (1,)), (), BARS, USUAL)
 
@@ -90,7 +105,6 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "noisy", lambda _: False)
     monkeypatch.setattr(search, "unrepeated", lambda *_: None)
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
-    monkeypatch.setattr(search, "rest_of", lambda _: ())
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     moments = SimpleNamespace(without=lambda *_: None)
