@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.gateway.alone import kills, paused
 from tests.gateway.bench import Bench, Ran, drive, never_enabled
 from tests.gateway.fault_table import Table
-from tests.gateway.test_refusals import REST, kill, when_running
+from tests.gateway.test_refusals import REST, RUNS
 from tests.gateway.weight import free
 
 RUN = ("run", "--enable", "--lockstep")
@@ -134,10 +135,9 @@ def test_without_the_trigger_in_its_eeprom_the_watchdog_still_acts(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     """The gateway sets the bit, so a killed gateway leaves no torque."""
-    options = "silence_s = 0.3\n" + "".join(drive(k, "output_control = 0x24") for k in range(6))
-    ran = Bench(hexapod_ssp, tmp_path).run(
-        options=options, seconds=100.0, during=when_running(kill), linger=1.0
-    )
+    options = paused(RUNS) + "".join(drive(k, "output_control = 0x24") for k in range(6))
+    bench = Bench(hexapod_ssp, tmp_path)
+    ran = bench.run(options=options, seconds=100.0, paused=kills(bench))
     assert ran.code == -signal.SIGKILL
     assert len(ran.happened("watchdog")) == len(ran.happened("torque_zero")) == 6
 
