@@ -48,6 +48,11 @@ BY_CHECK = {
         "profile.unchecked = [0x608F]",
     ),
     "gear": (an_object(0x6091, 5, 1), "gear ratio 0x6091 is 5:1, expected 1:1", "set 1:1"),
+    "torque constant": (
+        drive(2, "objects = [{ object = 0x6075, bits = 32, value = 4243 }]"),
+        "torque constant 0x6076 / 0x6075 is 2.121 N m/A, expected 3 N m/A",
+        "profile.unchecked = [0x6075]",
+    ),
     "polarity": (an_object(0x607E, 0x80), "polarity 0x607e is 0x80, expected 0x00", "drive.direc"),
 }
 """Options of the emulator, value and expected value, remedy; each of one drive."""
@@ -107,7 +112,7 @@ def test_values_that_are_right_are_accepted(hexapod_ssp: Path, tmp_path: Path) -
     """Also those that the gateway sets by itself, and objects that a drive may lack."""
     absent = ", ".join(
         f'{{ object = {o}, sub = {s}, access = "absent" }}'
-        for o, s in [(0x6091, 1), (0x607E, 0), (0x60C2, 1), (0x605D, 0)]
+        for o, s in [(0x6091, 1), (0x607E, 0), (0x60C2, 1), (0x605D, 0), (0x6075, 0)]
     )
     options = drive(1, "output_control = 0x24") + drive(2, f"objects = [{absent}]")
     ran = Bench(hexapod_ssp, tmp_path).run(options=options, seconds=SHORT)
