@@ -3,7 +3,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use crate::config::Config;
+use crate::config::{Config, Homed};
 use crate::rules::{ReactionKind, Reactions};
 
 /// Rules that an encoder trips: what it shows afterwards is not true.
@@ -31,6 +31,8 @@ pub enum Caution {
     Fall(Vec<&'static str>),
     /// Axes, from 1, whose drive may be any.
     AnyDrive(Vec<usize>),
+    /// Nobody knows where the machine rests without power.
+    NoRest,
 }
 
 /// All that hold for this configuration.
@@ -39,6 +41,8 @@ pub fn of(config: &Config) -> Vec<Caution> {
     let any: Vec<_> = drives.filter(|(_, d)| d.serial.is_none()).map(|(k, _)| k + 1).collect();
     let mut all = of_reactions(&config.reactions);
     all.extend((!any.is_empty()).then_some(Caution::AnyDrive(any)));
+    let rest = config.landing.rest.or(config.homed.as_ref().and_then(Homed::rest));
+    all.extend(rest.is_none().then_some(Caution::NoRest));
     all
 }
 
@@ -65,7 +69,7 @@ impl Caution {
             | Caution::Encoder(rules)
             | Caution::Drive(rules)
             | Caution::Fall(rules) => rules,
-            Caution::AnyDrive(_) => &[],
+            Caution::AnyDrive(_) | Caution::NoRest => &[],
         }
     }
 }
@@ -93,6 +97,10 @@ impl Display for Caution {
                 "axes {axes:?} accept any drive: where two cables are exchanged, no rule sees it and the platform \
                  moves elsewhere: set drive.serial (`check --bus` shows them), or homing.file"
             ),
+            Caution::NoRest => f.write_str(
+                "it is not known where the machine rests: an encoder offset that is wrong is not seen before power: \
+                 set landing.rest_rad, or home with `home --stops` or `home --rest`",
+            ),
             Caution::Fall(_) => write!(
                 f,
                 "reactions.{rules}: at the end of every run the machine falls onto its stops: use `land`"
@@ -105,6 +113,12 @@ impl Display for Caution {
 mod tests {
     use super::*;
     use crate::config::parse;
+
+    const HOMED: &str =
+        "date = 'today'\nmethod = 'pose'\npose_rad = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\n\
+        axis = [{ serial = 1, offset_counts = 0 }, { serial = 2, offset_counts = 0 }, \
+        { serial = 3, offset_counts = 0 }, { serial = 4, offset_counts = 0 }, \
+        { serial = 5, offset_counts = 0 }, { serial = 6, offset_counts = 0 }]";
 
     #[test]
     fn the_defaults_need_none_and_each_choice_has_its_own() {
@@ -125,8 +139,21 @@ mod tests {
         for (k, drive) in config.drive.iter_mut().enumerate() {
             drive.serial = Some(1000 + k as u32);
         }
+        config.landing.rest = Some([-0.3; 6]);
         assert_eq!(of(&config), []);
         config.drive[2].serial = None;
         assert_eq!(of(&config), [Caution::AnyDrive(vec![3])]);
+    }
+
+    #[test]
+    fn a_rest_pose_that_nobody_knows_is_said() {
+        let mut config = parse(include_str!("../machines/akd.toml")).unwrap();
+        assert!(of(&config).contains(&Caution::NoRest));
+        config.homed = Some(Homed::parse(HOMED).unwrap());
+        assert!(of(&config).contains(&Caution::NoRest), "a pose in a jig");
+        let text =
+            HOMED.replace("pose_rad", "rest_rad = [-0.3, -0.3, -0.3, -0.3, -0.3, -0.3]\npose_rad");
+        config.homed = Some(Homed::parse(&text).unwrap());
+        assert!(!of(&config).contains(&Caution::NoRest));
     }
 }

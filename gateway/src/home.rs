@@ -1,10 +1,11 @@
 //! `home`: offsets of absolute encoders from a pose in which the machine is held.
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 use crate::arguments::ConfigArgs;
+use crate::bus::drives::Drives;
 use crate::bus::{self, Encoder};
 use crate::config::{Config, Homed, HomedAxis, AXES};
 use crate::exit::{Ends, Exit, Refusal};
@@ -19,16 +20,19 @@ const READINGS: usize = 50;
 const STILL: f64 = 1e-3;
 pub const EXAMPLES: &str = "\
 Examples:
-  flexhex-gateway home gateway/machines/akd.toml                        # only show
-  flexhex-gateway home gateway/machines/akd.toml --write akd-homing.toml
-  flexhex-gateway home gateway/machines/akd.toml --at 0.1,0.1,0.1,0.1,0.1,0.1 --write h.toml
+  flexhex-gateway home gateway/machines/akd.toml                        # show those of the neutral pose
+  flexhex-gateway home gateway/machines/akd.toml --at 0,0,0,0,0,0 --write akd-homing.toml
+  flexhex-gateway home gateway/machines/akd.toml --rest --write akd-homing.toml  # then let go of it
 
   flexhex-gateway home gateway/machines/akd.toml --stops --enable --write h.toml
 
 With --stops the machine rests free, and the drives are enabled. Otherwise hold the machine in a known pose first, in a jig or on its stops. Then name the file in the
-configuration: [homing] file = \"akd-homing.toml\". An old file is kept beside it, as akd-homing-old-1.toml.";
+configuration: [homing] file = \"akd-homing.toml\". Let go of the machine, and keep where it rests (--rest): from then on an
+offset that is wrong is seen before power. An old file is kept beside it, as akd-homing-old-1.toml.";
 
 #[derive(Args)]
+#[group(skip)]
+#[command(group(ArgGroup::new("what").args(["at", "stops", "rest"])))]
 pub struct Home {
     #[command(flatten)]
     config: ConfigArgs,
@@ -38,16 +42,13 @@ pub struct Home {
     #[arg(long, requires = "enable", conflicts_with = "at")]
     stops: bool,
     /// Angles of the pose in which the machine is held, six numbers in rad.
-    #[arg(
-        long,
-        value_name = "RAD,...",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        default_value = "0,0,0,0,0,0"
-    )]
-    at: Vec<f64>,
-    /// Write the offsets to this file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "RAD,...", value_delimiter = ',', allow_hyphen_values = true)]
+    at: Option<Vec<f64>>,
+    /// Read where the homed machine rests without power, and add it to the homing file.
+    #[arg(long, conflicts_with_all = ["at", "stops"])]
+    rest: bool,
+    /// Write the offsets to this file; of a pose that is named (--at), of the end stops (--stops) or with --rest.
+    #[arg(long, value_name = "FILE", requires = "what")]
     write: Option<PathBuf>,
 }
 
@@ -60,6 +61,8 @@ enum HomeError {
     NotRead(usize),
     /// An axis moved by this angle while it was read [rad].
     Moved(usize, f64),
+    /// `--rest` without a homing file in the configuration.
+    NotHomed,
 }
 
 impl Display for HomeError {
@@ -77,6 +80,9 @@ impl Display for HomeError {
                  machine still",
                 axis + 1
             ),
+            HomeError::NotHomed => f.write_str(
+                "--rest: the offsets are not known: home the machine first, and name the file in homing.file",
+            ),
         }
     }
 }
@@ -84,7 +90,7 @@ impl Display for HomeError {
 impl Ends for HomeError {
     fn exit(&self) -> Exit {
         match self {
-            HomeError::NoPose(_) => Exit::Usage,
+            HomeError::NoPose(_) | HomeError::NotHomed => Exit::Usage,
             _ => Exit::Failed,
         }
     }
@@ -106,14 +112,26 @@ pub fn home(args: &Home) -> Exit {
 }
 
 fn offsets(args: &Home, reporter: Reporter) -> Result<(), Refusal> {
-    let config = args.config.read_unhomed()?;
-    let pose = <[f64; AXES]>::try_from(args.at.as_slice());
+    let config = if args.rest { args.config.read()? } else { args.config.read_unhomed()? };
+    let before = config.homed.clone().filter(|_| args.rest);
+    if args.rest && before.is_none() {
+        return Err(HomeError::NotHomed.into());
+    }
+    let at = args.at.clone().unwrap_or(vec![0.0; AXES]);
+    let pose = <[f64; AXES]>::try_from(at.as_slice());
     let pose = pose.ok().filter(|pose| pose.iter().all(|angle| angle.abs() <= 10.0));
-    let pose = pose.ok_or_else(|| HomeError::NoPose(args.at.clone()))?;
+    let pose = pose.ok_or(HomeError::NoPose(at))?;
     let socket = Socket::open(&config.bus.interface)?;
     let encoders =
         bus::positions(&config, socket, READINGS, &mut |devices| reporter.devices(devices))?;
-    let homed = find(&config, &encoders, pose, now())?;
+    let homed = match before {
+        Some(before) => {
+            let rest = rest(&config, &encoders)?;
+            reporter.line("rest", &format!("{rest:.4?} rad"));
+            Homed { rest_rad: Some(rest), ..before }
+        }
+        None => find(&config, &encoders, pose, now())?,
+    };
     referencing::tell(reporter, &config, &homed, args.write.as_deref())?;
     Ok(())
 }
@@ -128,28 +146,40 @@ fn find(
     let step = config.theta_step();
     let mut axes = Vec::with_capacity(AXES);
     for (k, (encoder, drive)) in encoders.iter().zip(&config.drive).enumerate() {
-        let Some(first) = encoder.counts.first() else {
-            return Err(HomeError::NotRead(k));
-        };
-        // counts wrap: their distances from the first do not
-        let moved = encoder.counts.iter().map(|c| f64::from(c.wrapping_sub(*first)));
-        let (low, high) = moved.clone().fold((0.0f64, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
-        let spread = (high - low) * step;
-        if spread > STILL {
-            return Err(HomeError::Moved(k, spread));
-        }
-        let mean = moved.sum::<f64>() / encoder.counts.len() as f64;
         let wanted = f64::from(drive.direction) * pose[k] / step;
-        let shift = (mean - wanted).round() as i64 as i32;
-        axes.push(HomedAxis { serial: encoder.serial, offset_counts: first.wrapping_add(shift) });
+        let offset_counts = still(k, encoder, step, wanted)?;
+        axes.push(HomedAxis { serial: encoder.serial, offset_counts });
     }
-    Ok(Homed { date, method: "pose".to_owned(), pose_rad: pose, sum: None, axis: axes })
+    let method = "pose".to_owned();
+    Ok(Homed { date, method, pose_rad: pose, rest_rad: None, sum: None, axis: axes })
+}
+
+/// Angles of a homed machine that stands still [rad].
+fn rest(config: &Config, encoders: &[Encoder; AXES]) -> Result<[f64; AXES], HomeError> {
+    let (drives, mut angles) = (Drives::new(config), [0.0; AXES]);
+    for (k, encoder) in encoders.iter().enumerate() {
+        angles[k] = drives.angle(k, still(k, encoder, config.theta_step(), 0.0)?);
+    }
+    Ok(angles)
+}
+
+/// Mean counts of an encoder that stands still, less so many.
+fn still(k: usize, encoder: &Encoder, step: f64, less: f64) -> Result<i32, HomeError> {
+    let first = encoder.counts.first().ok_or(HomeError::NotRead(k))?;
+    // counts wrap: their distances from the first do not
+    let moved = encoder.counts.iter().map(|c| f64::from(c.wrapping_sub(*first)));
+    let (low, high) = moved.clone().fold((0.0f64, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
+    let spread = (high - low) * step;
+    if spread > STILL {
+        return Err(HomeError::Moved(k, spread));
+    }
+    let mean = moved.sum::<f64>() / encoder.counts.len() as f64;
+    Ok(first.wrapping_add((mean - less).round() as i64 as i32))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::drives::Drives;
     use crate::config::parse;
 
     fn encoders(counts: &[i32]) -> [Encoder; AXES] {

@@ -15,6 +15,7 @@ use crate::report::Reporter;
 use crate::run;
 use crate::session::PowerArgs;
 use crate::tasks::{self, Order, Task, ORDERS};
+use crate::workspace::{Obstacle, Workspace};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -68,27 +69,45 @@ impl Display for LineError {
 /// Lift off, move as the lines of standard input say, land; the exit code of the command.
 pub fn jog(args: &Jog) -> Exit {
     let (reporter, largest) = (args.config.reporter(), args.largest);
-    let make = move |config: &Config, _: &System| {
+    let make = move |config: &Config, system: &System| {
         if !(largest > 0.0 && largest <= 1.0) {
             return Err(OptionError::Largest(largest).into());
         }
         let (sender, orders) = sync_channel(ORDERS);
         let config = config.clone();
+        let opened = Workspace::open(&config, system);
+        let mut workspace = opened.map_err(|why| PoseError::Way(Obstacle::Failed(why)))?;
+        go(workspace.as_mut(), &[0.0; AXES])?;
         // it ends with the process: a read of the keyboard cannot be cut short
-        std::thread::spawn(move || listen(reporter, &config, largest, &sender));
+        std::thread::spawn(move || listen(reporter, (&config, workspace), largest, &sender));
         Ok(Task::Jog(tasks::Jog::new([0.0; AXES], orders)))
     };
     run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
 }
 
+fn go(workspace: Option<&mut Workspace>, pose: &[f64; AXES]) -> Result<(), PoseError> {
+    workspace.map_or(Ok(()), |workspace| workspace.go(pose).map_err(PoseError::Way))
+}
+
 /// Passes the orders of standard input on until its end.
-fn listen(reporter: Reporter, config: &Config, largest: f64, orders: &SyncSender<Order>) {
+fn listen(
+    reporter: Reporter,
+    (config, mut workspace): (&Config, Option<Workspace>),
+    largest: f64,
+    orders: &SyncSender<Order>,
+) {
     let mut pose = [0.0; AXES];
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         if line.trim().is_empty() {
             continue;
         }
-        match order(&line, &pose, config, largest) {
+        let wanted = order(&line, &pose, config, largest).and_then(|order| {
+            if let Order::To(next) = &order {
+                go(workspace.as_mut(), next).map_err(LineError::Pose)?;
+            }
+            Ok(order)
+        });
+        match wanted {
             Ok(order) => {
                 if let Order::To(next) = order {
                     pose = next;

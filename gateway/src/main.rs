@@ -41,6 +41,7 @@ mod torque_error;
 mod unknown_drive;
 mod watch;
 mod wire;
+mod workspace;
 
 use clap::{Parser, Subcommand};
 use exit::Exit;

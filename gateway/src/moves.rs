@@ -22,7 +22,6 @@ pub struct Move {
 
 /// Move through the poses and land; the exit code of the command.
 pub fn through(args: &Move) -> Exit {
-    let make =
-        |config: &Config, system: &System| Ok(args.poses.task(config, system.base_step())?);
+    let make = |config: &Config, system: &System| Ok(args.poses.task(config, system)?);
     run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
 }

@@ -1,11 +1,13 @@
 //! `move`: lifts off, moves through poses, and lands, by the feedback of the lift-off alone.
 
 use clap::Args;
+use flexhex_system::System;
 use std::fmt::{self, Display, Formatter};
 
 use crate::config::{Config, AXES};
 use crate::exit::{Ends, Exit};
 use crate::tasks::{self, Task};
+use crate::workspace::{Obstacle, Workspace};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -50,6 +52,8 @@ pub enum PoseError {
         low: f64,
         high: f64,
     },
+    /// The platform cannot take it.
+    Way(Obstacle),
 }
 
 impl Display for PoseError {
@@ -66,6 +70,7 @@ impl Display for PoseError {
                  position_max_rad)",
                 axis + 1
             ),
+            PoseError::Way(why) => why.fmt(f),
         }
     }
 }
@@ -78,8 +83,13 @@ impl Ends for PoseError {
 
 impl Poses {
     /// The task, or why a pose cannot be taken.
-    pub fn task(&self, config: &Config, base_step: f64) -> Result<Task, PoseError> {
-        Ok(Task::Poses(tasks::Poses::new(self.list(config)?, self.hold, base_step)))
+    pub fn task(&self, config: &Config, system: &System) -> Result<Task, PoseError> {
+        let list = self.list(config)?;
+        let opened = Workspace::open(config, system);
+        if let Some(mut workspace) = opened.map_err(|why| PoseError::Way(Obstacle::Failed(why)))? {
+            list.iter().try_for_each(|pose| workspace.go(pose)).map_err(PoseError::Way)?;
+        }
+        Ok(Task::Poses(tasks::Poses::new(list, self.hold, system.base_step())))
     }
 
     fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, PoseError> {

@@ -95,6 +95,7 @@ fn offsets(config: &Config, stops: &[f64; AXES], measured: &Stops, out: &Outcome
         date: now(),
         method: STOPS.to_owned(),
         pose_rad: [0.0; AXES],
+        rest_rad: None,
         sum: None,
         axis: Vec::with_capacity(AXES),
     };

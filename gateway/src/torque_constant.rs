@@ -7,7 +7,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 use crate::arguments::ConfigArgs;
-use crate::config::{Config, Scale, AXES};
+use crate::config::{Config, AXES};
 use crate::cycle::Outcome;
 use crate::exit::{Exit, Refusal};
 use crate::file_error::FileError;
@@ -101,10 +101,7 @@ fn measure(
 ) -> Result<(), Refusal> {
     let Task::Poses(poses) = &out.task else { return Ok(()) };
     let holding = holding(poses);
-    let (name, scale) = match config.profile.scale {
-        Scale::Current { torque_constant, .. } => ("torque_constant_N_m_per_A", torque_constant),
-        Scale::RatedTorque { rated_torque, .. } => ("rated_torque_N_m", rated_torque),
-    };
+    let (name, scale) = config.profile.scale.named();
     let mut record = Record {
         date: now(),
         mass_kg: args.mass,
@@ -113,6 +110,7 @@ fn measure(
         holding,
         scales: None,
     };
+    let mut measured = None;
     reporter.line("holding", &format!("{holding:.3?} N m"));
     if let Some(file) = &args.against {
         let empty = read(file)?;
@@ -132,13 +130,19 @@ fn measure(
             "torque_constant",
             json!({"scales": scales, "mean": mean, "spread": spread, "added": added}),
         );
-        record.scales = Some(scales);
+        (record.scales, measured) = (Some(scales), Some(mean));
     }
-    let Some(path) = &args.write else { return Ok(()) };
-    let head =
-        "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
-    save(path, head, &record)?;
-    Ok(())
+    if let Some(path) = &args.write {
+        let head =
+            "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
+        save(path, head, &record)?;
+    }
+    match measured {
+        Some(mean) if !config.profile.scale.agrees(mean) => {
+            Err(TorqueError::OtherScale { name, mean, scale }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Torque constant of each axis: the mass adds `added`, the drives measured the difference of the records.

@@ -34,6 +34,12 @@ pub enum TorqueError {
         adds: f64,
         measured: f64,
     },
+    /// What was measured is not what the configuration has.
+    OtherScale {
+        name: &'static str,
+        mean: f64,
+        scale: f64,
+    },
     NoPlant(Error),
     /// The simulated plant failed.
     Plant(Error),
@@ -72,6 +78,12 @@ impl Display for TorqueError {
                 "axis {}: the mass should add {adds:.3} N m, measured {measured:.3} N m: sign \
                  (drive.direction), mass or machine file is wrong",
                 axis + 1
+            ),
+            TorqueError::OtherScale { name, mean, scale } => write!(
+                f,
+                "{name} is {mean:.4}, the configuration has {scale}, wrong by {:.2} (peak and rms ampere differ \
+                 by 1.41): set it in profile.scale, and repeat both runs",
+                (mean / scale).max(scale / mean)
             ),
             TorqueError::NoPlant(why) => write!(
                 f,

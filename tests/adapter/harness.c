@@ -47,9 +47,10 @@ static const fmi2CallbackFunctions callbacks = {hear, NULL, NULL, NULL, NULL};
 enum { MANY = 100, U = 6, FIRST_OUTPUT = 10, REAL_OUTPUTS = 6, BEYOND = 17 };
 static const double BASE = 0.00025;
 
+/* Of this process alone: other work on the computer does not count. */
 static double now_ns(void) {
   struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 

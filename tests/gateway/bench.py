@@ -90,7 +90,6 @@ class Bench:
         plant: Path | None = None,
         during: Callable[[subprocess.Popen[str]], None] | None = None,
         paused: Acts | None = None,
-        linger: float = 0.0,
         wrapper: Sequence[object] = (),
         record: Path | None = None,
         capture: Path | None = None,
@@ -101,7 +100,6 @@ class Bench:
         plant: the system whose plant moves; by default the one that the gateway has.
         during: what is done to the gateway while it runs.
         paused: what is done to both processes where a fault `pause` stopped the drives' one.
-        linger: seconds for which the drives are left alone afterwards.
         wrapper: a command that the gateway is run by.
         record: where the recording goes.
         capture: where all frames go.
@@ -136,11 +134,11 @@ class Bench:
                     if paused is not None and stops(drives, gateway):
                         paused(gateway, drives)
                     said, words_said = gateway.communicate(timeout=LIMIT_S)
-                time.sleep(linger)
             finally:
                 drives.send_signal(signal.SIGCONT)
                 drives.terminate()
-                printed = drives.communicate(timeout=20)[0]
+                drives.wait(timeout=LIMIT_S)
+                printed = self.drives_file.read_text()
         return Ran(gateway.returncode, _events(said), _events(printed), words_said, recording)
 
     def _drives(
@@ -151,11 +149,18 @@ class Bench:
         kind = "akd" if self.kind == "akd" else "cst"
         words = [program, "emulate", "--interface", "bus0", "--json", "--drives", kind]
         command = ends.at(ends.drives, [*words, "--options", file, *flags])
-        drives = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        assert drives.stdout is not None
-        first = drives.stdout.readline()
-        assert json.loads(first)["event"] == "ready", first
+        with self.drives_file.open("w") as printed:
+            drives = subprocess.Popen(command, stdout=printed, text=True)
+        while drives.poll() is None and "\n" not in self.drives_file.read_text():
+            time.sleep(0.001)
+        first = self.drives_file.read_text().splitlines()[:1]
+        assert [json.loads(line)["event"] for line in first] == ["ready"], first
         return drives
+
+    @property
+    def drives_file(self) -> Path:
+        """What the drives' process prints, as it does."""
+        return self.folder / "drives.jsonl"
 
     def _config(self, changes: Sequence[tuple[str, str]]) -> Path:
         text = (GATEWAY / "machines" / f"{self.kind}.toml").read_text()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.gateway.bench import Bench, Ran, drive
+from tests.gateway.test_falls import NOT_COMPARED
 from tests.gateway.weight import Fallen, free
 
 masses = pytest.mark.sample(1, of="calibration by a mass")
@@ -78,20 +79,29 @@ def loaded_run(bench: Bench, constant: float, mass: float, *more: object) -> Ran
     payload = {"count": 1, "time[1]": 0, "mass[1]": mass}
     parameters = ", ".join(f'"reference.payload_{k}" = {v}' for k, v in payload.items())
     options = f"drives.torque_constant = {constant}\nplant.parameters = {{ {parameters} }}\n"
-    return free(bench, options, command=(*TORQUE, *POWER, *more)).ran
+    return free(bench, options, changes=(NOT_COMPARED,), command=(*TORQUE, *POWER, *more)).ran
 
 
 @masses
-@pytest.mark.parametrize("constant", [3.0, 3.0 / math.sqrt(2)])
+@pytest.mark.parametrize(
+    ("constant", "why"),
+    [
+        (3.0, None),
+        (3.0 / math.sqrt(2), "the configuration has 3, wrong by 1.4"),
+        (3.0 * math.sqrt(2), "the configuration has 3, wrong by 1.4"),
+    ],
+)
 def test_torque_constant_is_found_by_a_mass(
-    constant: float, hexapod_ssp: Path, tmp_path: Path
+    constant: float, why: str | None, hexapod_ssp: Path, tmp_path: Path
 ) -> None:
+    """One that the configuration does not have is an error, and is written all the same."""
     bench = Bench(hexapod_ssp, tmp_path)
     empty, loaded = tmp_path / "empty.toml", tmp_path / "loaded.toml"
     ran = loaded_run(bench, constant, 0, "--write", empty)
     assert ran.code == 0, ran.words
     ran = loaded_run(bench, constant, 1.0, "--mass", 1.0, "--against", empty, "--write", loaded)
-    assert ran.code == 0, ran.words
+    assert ran.code == (1 if why else 0), ran.words
+    assert not why or why in ran.one("refused")["message"]
     event = ran.one("torque_constant")
     # friction of the drives is the same both times, up to its hysteresis
     assert event["mean"] == pytest.approx(constant, rel=0.01)

@@ -49,10 +49,11 @@ def test_landing_without_what_it_needs_is_reported(
     assert why in warnings(hexapod_ssp, change)
 
 
-def test_template_is_cautioned_for_drives_alone(hexapod_ssp: Path) -> None:
-    """Nobody knows the serial numbers of a lab's drives."""
+def test_template_is_cautioned_for_what_only_the_lab_knows(hexapod_ssp: Path) -> None:
+    """Serial numbers of the drives, and where the machine rests."""
     text = warnings(hexapod_ssp)
-    assert text.count("caution") == 1
+    assert text.count("caution") == 2
+    assert "it is not known where the machine rests" in text
     assert "axes [1, 2, 3, 4, 5, 6] accept any drive" in text
 
 

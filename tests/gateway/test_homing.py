@@ -11,6 +11,7 @@ import pytest
 
 from tests.gateway.bench import Bench, drive, never_enabled
 from tests.gateway.fault_table import Table
+from tests.gateway.test_calibrate import QUIET_S
 from tests.gateway.test_readback import RUN, SHORT, refusal
 from tests.gateway.test_refusals import REST_RAD, RESTS
 from tests.gateway.test_trust import head
@@ -85,6 +86,40 @@ def test_old_file_is_kept_and_another_pose_moves_the_offsets(homed: Bench) -> No
     for wrong in ("0,0", "0,0,0,0,0,11"):
         assert homed.run(command=("home", "--at", wrong)).code == 2
     assert homed.run(command=RUN, changes=(NAMED,), seconds=SHORT).code == 1, "other counts"
+
+
+def test_machine_that_was_let_go_rests_where_the_file_says(homed: Bench) -> None:
+    """A jig says nothing of the rest pose; an offset that is wrong is seen only against it."""
+    file = homed.folder / "let-go.toml"
+    named = (NAMED[0], f'file = "{file.name}"')
+    rest = ("home", "--rest", "--write", file)
+    assert homed.run(options=OFFSETS, command=rest).code == 2, "offsets are not known yet"
+    fallen = free(homed, OFFSETS, resting=QUIET_S, changes=(NAMED,), command=rest)
+    assert fallen.ran.code == 0, fallen.ran.words
+    never_enabled(fallen.ran)
+    record = tomllib.loads(file.read_text())
+    assert [axis["offset_counts"] for axis in record["axis"]] == list(COUNTS)
+    assert record["pose_rad"] == [0.0] * 6
+    assert free(homed, OFFSETS, changes=(named,), seconds=0.05).ran.code == 0
+    # as if the machine had been homed with axis 3 elsewhere
+    off = round(0.12 * 2**32 / (2 * math.pi))
+    text = file.read_text().replace(f'sum = "{record["sum"]}"\n', "")
+    file.write_text(text.replace("offset_counts = 0\n", f"offset_counts = {off}\n"))
+    fallen = free(homed, OFFSETS, changes=(named,))
+    event = fallen.ran.one("refused")
+    assert event["kind"] == "not_as_homed"
+    assert "axis 3: theta = -" in event["message"]
+    never_enabled(fallen.ran)
+
+
+def test_offsets_are_written_of_a_pose_that_is_named(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """A machine that lies at rest would be said to be in its neutral pose."""
+    bench, file = Bench(hexapod_ssp, tmp_path), tmp_path / "homing.toml"
+    ran = bench.run(command=("home", "--write", file))
+    assert ran.code == 2, ran.words
+    assert "<--at <RAD,...>|--stops|--rest>" in ran.words
+    assert not file.exists()
+    assert bench.run(command=("home",)).one("homed")["pose_rad"] == [0.0] * 6
 
 
 TURNED = ("# serial = 1003\ndirection = 1", "# serial = 1003\ndirection = -1")

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.gateway.alone import kills, paused
 from tests.gateway.bench import Bench, Ran, drive, never_enabled
 from tests.gateway.fault_table import Table
-from tests.gateway.test_refusals import REST, kill, when_running
+from tests.gateway.test_refusals import REST, RUNS
 from tests.gateway.weight import free
 
 RUN = ("run", "--enable", "--lockstep")
@@ -47,6 +48,11 @@ BY_CHECK = {
         "profile.unchecked = [0x608F]",
     ),
     "gear": (an_object(0x6091, 5, 1), "gear ratio 0x6091 is 5:1, expected 1:1", "set 1:1"),
+    "torque constant": (
+        drive(2, "objects = [{ object = 0x6075, bits = 32, value = 4243 }]"),
+        "torque constant 0x6076 / 0x6075 is 2.121 N m/A, expected 3 N m/A",
+        "profile.unchecked = [0x6075]",
+    ),
     "polarity": (an_object(0x607E, 0x80), "polarity 0x607e is 0x80, expected 0x00", "drive.direc"),
 }
 """Options of the emulator, value and expected value, remedy; each of one drive."""
@@ -106,7 +112,7 @@ def test_values_that_are_right_are_accepted(hexapod_ssp: Path, tmp_path: Path) -
     """Also those that the gateway sets by itself, and objects that a drive may lack."""
     absent = ", ".join(
         f'{{ object = {o}, sub = {s}, access = "absent" }}'
-        for o, s in [(0x6091, 1), (0x607E, 0), (0x60C2, 1), (0x605D, 0)]
+        for o, s in [(0x6091, 1), (0x607E, 0), (0x60C2, 1), (0x605D, 0), (0x6075, 0)]
     )
     options = drive(1, "output_control = 0x24") + drive(2, f"objects = [{absent}]")
     ran = Bench(hexapod_ssp, tmp_path).run(options=options, seconds=SHORT)
@@ -134,10 +140,9 @@ def test_without_the_trigger_in_its_eeprom_the_watchdog_still_acts(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     """The gateway sets the bit, so a killed gateway leaves no torque."""
-    options = "silence_s = 0.3\n" + "".join(drive(k, "output_control = 0x24") for k in range(6))
-    ran = Bench(hexapod_ssp, tmp_path).run(
-        options=options, seconds=100.0, during=when_running(kill), linger=1.0
-    )
+    options = paused(RUNS) + "".join(drive(k, "output_control = 0x24") for k in range(6))
+    bench = Bench(hexapod_ssp, tmp_path)
+    ran = bench.run(options=options, seconds=100.0, paused=kills(bench))
     assert ran.code == -signal.SIGKILL
     assert len(ran.happened("watchdog")) == len(ran.happened("torque_zero")) == 6
 

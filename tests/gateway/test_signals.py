@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.gateway.alone import kills, paused, stops_for_long
 from tests.gateway.bench import Acts, Bench, Process, drive, never_enabled, stops
 from tests.gateway.fault_table import Table
 from tests.gateway.test_landing import ALL, AT
@@ -21,14 +22,7 @@ LIFTING, LANDING = 6000, AT + 1000
 """Cycles since enabling: in the lift-off, and in the landing after a signal at AT."""
 APART_S = 0.15
 """Time after which a second Ctrl-C is one [s]: 0.1, and some for the clock."""
-SILENT = "silence_s = 0.3\n"
-"""After this time without frames the plant goes on by itself."""
 NO_TRIGGER = "".join(drive(k, "output_control = 0x24") for k in range(6))
-
-
-def paused(*cycles: int) -> str:
-    """The drives' process stands still in these cycles, until something continues it."""
-    return "".join(f'[[fault]]\nkind = "pause"\ncycle = {cycle}\n' for cycle in cycles)
 
 
 def goes_on(drives: Process) -> None:
@@ -209,9 +203,8 @@ def test_killed_gateway_falls_braked(
     killed: Killed, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     cycle, changes = killed.cycle, (("watchdog_ms = 5 ", f"watchdog_ms = {killed.watchdog} "),)
-    options = SILENT + paused(cycle) + killed.options
-    bench, act = Bench(hexapod_ssp, tmp_path), gets(signal.SIGKILL)
-    fallen = free(bench, options, changes=changes, paused=act, seconds=100.0, linger=1.0)
+    bench, options = Bench(hexapod_ssp, tmp_path), paused(cycle) + killed.options
+    fallen = free(bench, options, changes=changes, paused=kills(bench), seconds=100.0)
     assert fallen.ran.code == -signal.SIGKILL
     cycles = watchdogs(fallen, cycle, killed.watchdog * 4)
     row = fallen.row(
@@ -224,13 +217,8 @@ def test_stopped_gateway_trips_when_it_goes_on_and_reads_the_drives_back(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     """Longer than the drives wait."""
-
-    def stop(gateway: Process, drives: Process) -> None:
-        gets(signal.SIGSTOP)(gateway, drives)
-        time.sleep(1.0)
-        gateway.send_signal(signal.SIGCONT)
-
-    fallen = free(Bench(hexapod_ssp, tmp_path), SILENT + paused(AT), paused=stop, seconds=100.0)
+    bench = Bench(hexapod_ssp, tmp_path)
+    fallen = free(bench, paused(AT), paused=stops_for_long(bench), seconds=100.0)
     trip = fallen.ran.one("trip")
     assert (trip["reason"], trip["reaction"], trip["cycles_to_zero"]) == ("al_state", "zero", 1)
     assert fallen.ran.one("summary")["not_disabled"] == []

@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 /// Set by SIGINT and SIGTERM.
 static STOP: AtomicBool = AtomicBool::new(false);
+/// Set by SIGUSR1: nobody sends frames any more.
+static GONE: AtomicBool = AtomicBool::new(false);
 /// Most frames that are processed in a row.
 const MOST_FRAMES: usize = 16;
 /// Longest sleep, so that a signal just before it is not missed for long.
@@ -24,10 +26,16 @@ extern "C" fn stop(_: libc::c_int) {
     STOP.store(true, Ordering::Relaxed);
 }
 
+extern "C" fn gone(_: libc::c_int) {
+    GONE.store(true, Ordering::Relaxed);
+}
+
 fn catch_signals() {
-    for signal in [libc::SIGINT, libc::SIGTERM] {
-        // SAFETY: the handler only stores to an atomic, which is allowed in a handler.
-        unsafe { libc::signal(signal, stop as *const () as libc::sighandler_t) };
+    let stop = stop as *const () as libc::sighandler_t;
+    let gone = gone as *const () as libc::sighandler_t;
+    for (signal, handler) in [(libc::SIGINT, stop), (libc::SIGTERM, stop), (libc::SIGUSR1, gone)] {
+        // SAFETY: the handlers only store to an atomic, which is allowed in a handler.
+        unsafe { libc::signal(signal, handler) };
     }
 }
 
@@ -84,7 +92,9 @@ impl Run {
             if self.frames()? > 0 {
                 last = Instant::now();
                 silent = false;
-            } else if !silent && silence.is_some_and(|most| last.elapsed() >= most) {
+            } else if GONE.swap(false, Ordering::Relaxed)
+                || !silent && silence.is_some_and(|most| last.elapsed() >= most)
+            {
                 silent = true;
                 self.continue_without_frames()?;
             } else {

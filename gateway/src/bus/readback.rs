@@ -5,6 +5,7 @@ use super::sdo::{read, read_if_there, Device, SdoError};
 use crate::config::{Config, Scale};
 
 const POLARITY: u16 = 0x607e;
+const RATED_CURRENT: u16 = 0x6075;
 const RATED_TORQUE: u16 = 0x6076;
 const ENCODER: u16 = 0x608f;
 const GEAR: u16 = 0x6091;
@@ -60,6 +61,9 @@ pub async fn differences(
             }
         }
     }
+    if judged(RATED_CURRENT) {
+        differences.extend(torque_constant(&p.scale, device).await?);
+    }
     if let (Scale::RatedTorque { rated_torque, .. }, true) = (&p.scale, judged(RATED_TORQUE)) {
         let (rated, expected): (u32, _) =
             (read(device, RATED_TORQUE, 0).await?, (rated_torque * 1000.0).round());
@@ -73,6 +77,33 @@ pub async fn differences(
         }
     }
     Ok(differences)
+}
+
+/// The drive's own torque per ampere, 0x6076 [mN m] / 0x6075 [mA], where it is scaled in ampere and has both. Rated
+/// values are rounded, and a motor has less torque at its rated current: only another kind of ampere is refused.
+async fn torque_constant(
+    scale: &Scale,
+    device: &Device<'_>,
+) -> Result<Option<Difference>, SdoError> {
+    let Scale::Current { torque_constant, .. } = scale else { return Ok(None) };
+    let torque: Option<u32> = read_if_there(device, RATED_TORQUE, 0).await?;
+    let current: Option<u32> = read_if_there(device, RATED_CURRENT, 0).await?;
+    // 0: nobody has set it
+    let (Some(torque @ 1..), Some(current @ 1..)) = (torque, current) else { return Ok(None) };
+    let actual = f64::from(torque) / f64::from(current);
+    let mend = "peak and rms ampere differ by 1.41: set torque_constant_N_m_per_A in profile.scale as the drive's \
+                current is defined, or the rated values of the drive; `calibrate torque` measures it. If only they are \
+                wrong, profile.unchecked = [0x6075]";
+    let what = "torque constant 0x6076 / 0x6075";
+    let differs = !scale.agrees(actual);
+    Ok(differs.then(|| {
+        Difference::new(
+            what,
+            format!("{actual:.3} N m/A"),
+            format!("{torque_constant} N m/A"),
+            mend,
+        )
+    }))
 }
 
 /// Counts of one revolution: 0x608F:1 / 0x608F:2. Kollmorgen AKD: 2^FB1.PSCALE.

@@ -70,6 +70,9 @@ pub struct Homed {
     pub method: String,
     /// Pose in which the machine was held; with "stops", in which it rested without power [rad].
     pub pose_rad: [f64; AXES],
+    /// Where it rested when it was let go after a pose, `home --rest`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_rad: Option<[f64; AXES]>,
     /// Sum of all other values, against a wrong digit; left out in older files: not compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sum: Option<String>,
@@ -111,13 +114,17 @@ impl Homed {
 
     fn sum(&self) -> String {
         let axes = self.axis.iter().map(|a| (a.serial, a.offset_counts)).collect::<Vec<_>>();
-        let values = format!("{:?}", (&self.date, &self.method, self.pose_rad, axes));
+        let mut values = format!("{:?}", (&self.date, &self.method, self.pose_rad, axes));
+        // without it the sum is that of older files
+        if let Some(rest) = self.rest_rad {
+            values += &format!("{rest:?}");
+        }
         format!("{:016x}", hash(&values))
     }
 
     /// Where the machine rests without power, if that is known [rad].
     pub fn rest(&self) -> Option<[f64; AXES]> {
-        (self.method == STOPS).then_some(self.pose_rad)
+        self.rest_rad.or((self.method == STOPS).then_some(self.pose_rad))
     }
 }
 
@@ -130,6 +137,7 @@ pub(super) fn homed() -> Homed {
         date: "today".to_owned(),
         method,
         pose_rad: [0.1; AXES],
+        rest_rad: None,
         sum: None,
         axis: (1..=6).map(axis).collect(),
     }
@@ -168,8 +176,14 @@ mod tests {
     }
 
     #[test]
-    fn only_a_run_against_the_stops_knows_where_the_machine_rests() {
+    fn a_pose_alone_does_not_say_where_the_machine_rests() {
         assert_eq!(homed().rest(), None);
         assert_eq!(Homed { method: STOPS.to_owned(), ..homed() }.rest(), Some([0.1; AXES]));
+        let let_go = Homed { rest_rad: Some([-0.3; AXES]), ..homed() };
+        assert_eq!(let_go.rest(), Some([-0.3; AXES]));
+        let text = toml::to_string(&let_go.summed()).unwrap();
+        assert_eq!(Homed::parse(&text).unwrap(), let_go.summed());
+        let wrong = text.replace("-0.3", "-0.2");
+        assert!(Homed::parse(&wrong).unwrap_err().to_string().contains("a digit was changed"));
     }
 }

@@ -30,6 +30,9 @@ pub struct Landing {
     /// Largest torque in lift-off and landing.
     #[serde(rename = "torque_N_m")]
     pub torque: f64,
+    /// Largest motion of the platform for an angle of an axis, over that in the neutral pose.
+    #[serde(default = "platform_gain")]
+    pub platform_gain: f64,
     /// Where the machine rests without torque. Left out: wherever it rests when it is enabled.
     #[serde(rename = "rest_rad")]
     pub rest: Option<[f64; AXES]>,
@@ -43,6 +46,12 @@ fn enable_ms() -> u32 {
     20
 }
 
+/// By virtual work the torque that carries a load grows with the gain. Three times the weight of an axis is half of the
+/// torque that the templates allow in a landing.
+fn platform_gain() -> f64 {
+    3.0
+}
+
 impl Landing {
     #[rustfmt::skip]
     pub(super) fn check(&self, mistakes: &mut Mistakes) {
@@ -54,6 +63,7 @@ impl Landing {
             ("enable_ms", self.enable_ms.into(), 1.0, 10_000.0, "from the first enabled drive to the last"),
             ("brake_ms", self.brake_ms.into(), 1.0, 10_000.0, "time of braking before a landing"),
             ("hold_ms", self.hold_ms.into(), 0.0, 60_000.0, "time of standing still before and after a move"),
+            ("platform_gain", self.platform_gain, 1.0, 1e3, "largest motion of the platform, over that at neutral"),
             ("torque_N_m", self.torque, 1e-3, 1e4, "largest torque of lift-off and landing"),
         ] {
             mistakes.check_range(&format!("landing.{key}"), value, low..=high, mend);

@@ -34,7 +34,7 @@ pub struct Limits {
 }
 
 /// Limits of a signal of the system, judged in the run: of the platform's pose as `kinematics` publishes it.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct PoseLimit {
     pub signal: String,

@@ -48,6 +48,24 @@ pub enum Scale {
 }
 
 impl Scale {
+    /// Name and value [N m/A or N m] of what a drive and the configuration must agree in.
+    pub fn named(&self) -> (&'static str, f64) {
+        match self {
+            Scale::Current { torque_constant, .. } => {
+                ("torque_constant_N_m_per_A", *torque_constant)
+            }
+            Scale::RatedTorque { rated_torque, .. } => ("rated_torque_N_m", *rated_torque),
+        }
+    }
+
+    /// Whether a measured value is nearer to that of the configuration than to one that is wrong by the square
+    /// root of 2, as peak ampere are against rms ampere: their ratio is below the fourth root of 2.
+    pub fn agrees(&self, measured: f64) -> bool {
+        let (_, value) = self.named();
+        let ratio = measured / value;
+        ratio > 0.0 && ratio.max(1.0 / ratio) < 2f64.powf(0.25)
+    }
+
     /// Torque of one count [N m]; the factors in the order of the plant FMU, for equal rounding.
     pub fn tau_step(&self) -> f64 {
         match self {
@@ -90,4 +108,24 @@ pub enum Role {
     ErrorCode,
     Unused,
     Gap,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peak_and_rms_are_told_apart_and_what_motors_vary_by_is_allowed() {
+        for scale in [
+            Scale::Current { step: 1.0, torque_constant: 3.0 },
+            Scale::RatedTorque { step: 1.0, rated_torque: 3.0 },
+        ] {
+            for ratio in [1.0, 0.85, 1.18] {
+                assert!(scale.agrees(3.0 * ratio), "{ratio}");
+            }
+            for ratio in [0.5f64.sqrt(), 2f64.sqrt(), 0.84, 1.19, 0.0, -1.0, f64::NAN] {
+                assert!(!scale.agrees(3.0 * ratio), "{ratio}");
+            }
+        }
+    }
 }

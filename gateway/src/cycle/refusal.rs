@@ -110,8 +110,8 @@ impl fmt::Display for Refusal {
             ),
             Refusal::NotAsHomed { axis, theta, wanted, limit } => write!(
                 f,
-                "axis {}: theta = {theta:.4} rad, it rested at {wanted:.4} rad when it was homed (pose_rad in \
-                 homing.file), more than {limit} rad away: its offset or its encoder is wrong, or something \
+                "axis {}: theta = {theta:.4} rad, it rested at {wanted:.4} rad when it was homed (rest_rad or \
+                 pose_rad in homing.file), more than {limit} rad away: its offset or its encoder is wrong, or something \
                  blocks it: free it, or home the machine again",
                 axis + 1
             ),

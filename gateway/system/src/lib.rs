@@ -12,6 +12,7 @@ mod ffi;
 mod fmu;
 mod guard;
 mod inline;
+mod kinematics;
 mod layout;
 mod options;
 mod plant;
@@ -35,6 +36,7 @@ pub use controller::Controller;
 pub use error::Error;
 pub use guard::Bounds;
 pub use inline::Watch;
+pub use kinematics::{Gain, Kinematics};
 pub use options::{Late, Options};
 pub use plant::Plant;
 pub use state::State;
@@ -54,5 +56,6 @@ mod tests {
         may_move::<System>();
         may_move::<Controller>();
         may_move::<Plant>();
+        may_move::<Kinematics>();
     }
 }

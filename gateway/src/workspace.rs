@@ -1,0 +1,125 @@
+//! Which poses the platform can take: reached, far from singular, within `[[pose]]`. A hexapod can leave its
+//! workspace with every axis inside its limits.
+
+use flexhex_system::{Error, Gain, Kinematics, System};
+use std::fmt::{self, Display, Formatter};
+
+use crate::config::{Config, Homed, PoseLimit, AXES};
+
+type Axes = [f64; AXES];
+
+/// Longest way between two poses that are judged [rad]: the gain hardly changes within it.
+const STEP: f64 = 5e-3;
+
+/// The platform's pose along the ways that are planned before the machine takes them.
+pub struct Workspace {
+    kinematics: Kinematics,
+    neutral: Gain,
+    most: f64,
+    /// Limits of the pose, by the variable of the kinematics.
+    limits: Vec<PoseLimit>,
+    at: Axes,
+    /// Where a landing leads from every pose, if that is known.
+    rest: Option<Axes>,
+}
+
+/// Why a way is not taken, and where on it [rad].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Obstacle {
+    Unreachable(Axes),
+    Singular { at: Axes, gain: f64, most: f64 },
+    Limit { at: Axes, limit: PoseLimit, value: f64 },
+    Failed(Error),
+}
+
+impl Workspace {
+    /// It begins where the machine rests, if that is known, or else in the neutral pose. None: the system has no
+    /// kinematics of the reference.
+    pub fn open(config: &Config, system: &System) -> Result<Option<Workspace>, Error> {
+        let Some(mut kinematics) = Kinematics::of(system, &config.system.reference)? else {
+            return Ok(None);
+        };
+        let at = [0.0; AXES];
+        let unreachable = Gain { position: 0.0, orientation: 0.0 };
+        let neutral = kinematics.gain(&at)?.unwrap_or(unreachable);
+        // the pose that is wanted and the one that is measured have the same variables
+        let mut limits = Vec::new();
+        for limit in &config.pose {
+            let signal = limit.signal.split_once('.').map_or("", |(_, variable)| variable);
+            if kinematics.value(signal).is_some() {
+                limits.push(PoseLimit { signal: signal.to_owned(), ..limit.clone() });
+            }
+        }
+        let most = config.landing.platform_gain;
+        let rest = config.landing.rest.or(config.homed.as_ref().and_then(Homed::rest));
+        let at = rest.unwrap_or(at);
+        Ok(Some(Workspace { kinematics, neutral, most, limits, at, rest }))
+    }
+
+    /// The straight way from where it is, and the one on which a landing leads from there. It stays where it is if
+    /// something is in the way.
+    pub fn go(&mut self, to: &Axes) -> Result<(), Obstacle> {
+        self.way(&self.at.clone(), to)?;
+        if let Some(rest) = self.rest {
+            self.way(to, &rest)?;
+        }
+        self.at = *to;
+        Ok(())
+    }
+
+    fn way(&mut self, from: &Axes, to: &Axes) -> Result<(), Obstacle> {
+        let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - from[k]).abs()));
+        let steps = (far / STEP).ceil().max(1.0) as u32;
+        for step in 1..=steps {
+            let share = f64::from(step) / f64::from(steps);
+            self.judge(&std::array::from_fn(|k| from[k] + share * (to[k] - from[k])))?;
+        }
+        Ok(())
+    }
+
+    fn judge(&mut self, at: &Axes) -> Result<(), Obstacle> {
+        let gain = self.kinematics.gain(at).map_err(Obstacle::Failed)?;
+        let gain = gain.ok_or(Obstacle::Unreachable(*at))?;
+        let (there, most) = (over(&gain, &self.neutral), self.most);
+        // also of what is no number
+        let regular = there <= most;
+        if !regular {
+            return Err(Obstacle::Singular { at: *at, gain: there, most });
+        }
+        for limit in &self.limits {
+            let value = self.kinematics.value(&limit.signal).unwrap_or(f64::NAN);
+            if !limit.allows(value) {
+                return Err(Obstacle::Limit { at: *at, limit: limit.clone(), value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The larger of both ratios.
+fn over(gain: &Gain, neutral: &Gain) -> f64 {
+    (gain.position / neutral.position).max(gain.orientation / neutral.orientation)
+}
+
+impl Display for Obstacle {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            Obstacle::Unreachable(at) => write!(
+                f,
+                "the platform cannot reach {at:.3?} rad, which is on the way: take another way"
+            ),
+            Obstacle::Singular { at, gain, most } => write!(
+                f,
+                "at {at:.3?} rad, which is on the way, an axis moves the platform {gain:.1} times as far as in \
+                 the neutral pose, allowed {most} (landing.platform_gain): a singular pose is near: take \
+                 another way"
+            ),
+            Obstacle::Limit { at, limit: PoseLimit { signal, min, max }, value } => write!(
+                f,
+                "at {at:.3?} rad, which is on the way, {signal} = {value:.4}, allowed {min} to {max} ([[pose]]): \
+                 take another way"
+            ),
+            Obstacle::Failed(why) => why.fmt(f),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The kinematics of the reference alone: the platform that belongs to six angles.
+
+use std::sync::Arc;
+
+use tempfile::TempDir;
+
+use crate::component::Component;
+use crate::error::Error;
+use crate::inline::Inline;
+use crate::layout::Layout;
+use crate::system::System;
+use crate::AXES;
+
+/// Position and quaternion of the platform, as the FMU names them, without their rates' prefix.
+const POSITION: [&str; 3] = ["x_E.x", "x_E.y", "x_E.z"];
+const QUATERNION: [&str; 4] = ["lam_E[1]", "lam_E[2]", "lam_E[3]", "lam_E[4]"];
+
+/// The component that the reference feeds with its angles and rates, and that has the platform's pose.
+pub struct Kinematics {
+    inline: Inline,
+    layout: Layout,
+    name: String,
+    theta: [usize; AXES],
+    thetad: [usize; AXES],
+    position: [usize; 3],
+    quaternion: [usize; 4],
+    period: i64,
+    now: i64,
+    _folder: Arc<TempDir>,
+}
+
+/// How fast the platform moves while an axis turns: of its position [m/rad], of its orientation [rad/rad].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gain {
+    pub position: f64,
+    pub orientation: f64,
+}
+
+impl Kinematics {
+    /// `reference`: the signal of the wanted angles, "reference.r". None: nothing computes the platform from it.
+    pub fn of(system: &System, reference: &str) -> Result<Option<Kinematics>, Error> {
+        let Some(component) = fed(system, reference) else { return Ok(None) };
+        let layout = Layout::new(system, &[component]);
+        let inline = Inline::open(system, &[component], &layout)?;
+        let name = component.name().to_owned();
+        let input = |variable: &str| {
+            let mut slots = [0; AXES];
+            for (axis, slot) in slots.iter_mut().enumerate() {
+                let input = format!("{variable}[{}]", axis + 1);
+                let wire = system.wires().iter().find(|w| w.target == name && w.input == input);
+                let found = wire.and_then(|w| layout.find(&w.source, &w.output));
+                *slot =
+                    found.ok_or_else(|| Error::new(format!("{name}.{input}: not connected")))?;
+            }
+            Ok::<_, Error>(slots)
+        };
+        let output = |variable: &str| {
+            let slot = layout.find(&name, &format!("xd.{variable}"));
+            slot.ok_or_else(|| Error::new(format!("{name}: has no output xd.{variable}")))
+        };
+        let (mut position, mut quaternion) = ([0; 3], [0; 4]);
+        for (slot, variable) in position.iter_mut().zip(POSITION) {
+            *slot = output(variable)?;
+        }
+        for (slot, variable) in quaternion.iter_mut().zip(QUATERNION) {
+            *slot = output(variable)?;
+        }
+        let (theta, thetad, period) = (input("theta")?, input("thetad")?, component.period());
+        let folder = system.folder();
+        let kinematics = Kinematics {
+            inline,
+            layout,
+            name,
+            theta,
+            thetad,
+            position,
+            quaternion,
+            period,
+            now: 0,
+            _folder: folder,
+        };
+        Ok(Some(kinematics))
+    }
+
+    /// The largest gain of an axis at these angles [rad]; None: the platform cannot reach them.
+    pub fn gain(&mut self, theta: &[f64; AXES]) -> Result<Option<Gain>, Error> {
+        let mut most = Gain { position: 0.0, orientation: 0.0 };
+        for axis in 0..AXES {
+            let mut thetad = [0.0; AXES];
+            thetad[axis] = 1.0;
+            self.tick(theta, &thetad)?;
+            if self.value("fault") != Some(0.0) {
+                return Ok(None);
+            }
+            // of a unit quaternion: the rate of the orientation is twice its own
+            most.position = most.position.max(self.size(&self.position));
+            most.orientation = most.orientation.max(2.0 * self.size(&self.quaternion));
+        }
+        Ok(Some(most))
+    }
+
+    /// An output of the component after the newest call.
+    pub fn value(&self, variable: &str) -> Option<f64> {
+        self.layout.find(&self.name, variable).map(|slot| self.inline.bus()[slot])
+    }
+
+    fn size(&self, slots: &[usize]) -> f64 {
+        slots.iter().map(|slot| self.inline.bus()[*slot].powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// One period of the component with these inputs.
+    fn tick(&mut self, theta: &[f64; AXES], thetad: &[f64; AXES]) -> Result<(), Error> {
+        let bus = self.inline.bus_mut();
+        for axis in 0..AXES {
+            bus[self.theta[axis]] = theta[axis];
+            bus[self.thetad[axis]] = thetad[axis];
+        }
+        for _ in 0..self.period {
+            self.inline.step(self.now, None).map_err(|t| Error::new(t.message))?;
+            self.now += 1;
+        }
+        let published = self.inline.publish(self.now, &self.layout);
+        published.map_err(|t| Error::new(t.message))
+    }
+}
+
+fn fed<'a>(system: &'a System, reference: &str) -> Option<&'a Component> {
+    let first = format!("{reference}[1]");
+    let fed = system
+        .wires()
+        .iter()
+        .filter(|w| format!("{}.{}", w.source, w.output) == first && w.input == "theta[1]");
+    fed.filter_map(|w| system.component(&w.target))
+        .find(|c| c.variable(&format!("x.{}", POSITION[0])).is_some())
+}
