@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from flexhex.ssp.result import Array, Group, Result
 from flexhex.tracking import SETTLE
 from flexhex.view.shapes import Shape, of_machine
 from flexhex.view.sources import ERROR, PAYLOAD, RESIDUAL, THETA, TORQUE, WANTED, find
-from flexhex.view.thin import instants, line, rows, zero_order_hold
+from flexhex.view.thin import instants, line, packed, rows, zero_order_hold
 
 
 @dataclass(frozen=True)
@@ -186,8 +185,3 @@ def _signal(group: Group, name: str, span: Span, points: int) -> dict[str, Any]:
             for one in lines
         ],
     }
-
-
-def packed(values: Array) -> str:
-    """Base64 of little-endian float32, row by row."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")
