@@ -75,7 +75,8 @@ def _within(runs: Sequence[Run], span: Span) -> Span:
     last = max(group.time[-1] for run in runs for group in run.result.groups.values())
     begin, end = max(0.0, span[0]), min(float(last), span[1])
     if not begin < end:
-        raise UsageError(f"--from {span[0]:g} --to {span[1]:g}: the run lasts from 0 to {last:g} s")
+        wanted = f"--from {span[0]:g}" + (f" --to {span[1]:g}" if np.isfinite(span[1]) else "")
+        raise UsageError(f"{wanted}: the run lasts from 0 to {last:g} s")
     return begin, end
 
 

@@ -185,7 +185,8 @@ def test_what_cannot_be_shown_is_refused(app: typer.Typer, tmp_path: Path) -> No
     (tmp_path / "text.csv").write_text("a,b\n1,2\n")
     for words, kind, reason in (
         ([bare], UsageError, "has no angles"),
-        ([good, "--from", "9"], UsageError, "the run lasts from 0 to 4 s"),
+        ([good, "--from", "9"], UsageError, "^--from 9: the run lasts from 0 to 4 s"),
+        ([good, "--from", "2", "--to", "1"], UsageError, "^--from 2 --to 1: the run lasts"),
         ([good, "--machine", "machines/tflex-actuators.toml"], UsageError, "is no hexapod"),
         ([good, "--machine", "none.toml"], MachineError, "none.toml"),
         ([tmp_path / "none.h5"], LogError, "no such file"),
