@@ -150,6 +150,17 @@ def test_hover_names_all_lines_with_unit(shown: Browser) -> None:
     assert "time 2 s" in text
     assert "one : 1.819 rad" in text
     assert "two : 3.637 rad" in text
+    lines = shown.run(
+        "[...document.querySelectorAll('#angle .spikeline')].map(line =>"
+        " [getComputedStyle(line).stroke, getComputedStyle(line).strokeWidth])"
+    )
+    assert lines, "a line at the time that is read"
+    assert {tuple(line) for line in lines} == {("rgb(136, 136, 136)", "1px")}
+
+
+def test_unit_of_an_element_is_not_its_number(shown: Browser) -> None:
+    titles = {"plant.theta[2] [mrad]": "mrad", "plant.kind[2]": "", "[N m]": "N m", "θ [°]": "°"}
+    assert {title: shown.run(f"unitOf({json.dumps(title)})") for title in titles} == titles
 
 
 def test_zoom_of_one_time_axis_zooms_those_linked(shown: Browser) -> None:

@@ -35,7 +35,8 @@ function coloured(value, key = "") {
   return Object.fromEntries(Object.entries(value).map(([name, one]) => [name, coloured(one, name)]));
 }
 
-const unitOf = title => /\[([^\]]+)\]/.exec(title ?? "")?.[1] ?? "";
+// what stands in brackets by itself: an element, theta[2], is no unit
+const unitOf = title => /(^|\s)\[([^\]]+)\]/.exec(title ?? "")?.[2] ?? "";
 const axisOf = (f, trace, name) => f.layout[`${name}axis${(trace[`${name}axis`] ?? "").slice(1)}`] ?? {};
 const plain = text => (text ?? "").replace(/<sub>/g, "_").replace(/<\/su[bp]>/g, "").replace(/<[^>]*>/g, " ");
 
@@ -49,7 +50,7 @@ function layoutOf(f) {
     modebar: { bgcolor: "rgba(0,0,0,0)", color: "#999", activecolor: "#1f6fb2" },
     hoverlabel: { namelength: -1, bgcolor: "#ffffff", bordercolor: "#999", font: { color: "#222" } },
   });
-  const unit = unitOf(f.layout.xaxis?.title?.text), x = plain(f.layout.xaxis?.title?.text).replace(/\s*\[.*/, "");
+  const unit = unitOf(f.layout.xaxis?.title?.text), x = plain(f.layout.xaxis?.title?.text).replace(/(^|\s+)\[.*/, "");
   if (layout.hovermode === "x unified") {
     layout.xaxis = { ...layout.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
   }
