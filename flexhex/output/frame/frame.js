@@ -1,7 +1,8 @@
 "use strict";
 // Plots of a page: colours of the scheme, one hover with names and units, linked time axes, one
 // selector of joints, the data behind each plot, print. `figures`: plotly figures by id, whose
-// layout.meta says more: time (a group of linked axes), joint (word of the selector), first.
+// layout.meta says more: time (a group of linked axes), joint (word of the selector), first;
+// trace.meta: joint, panel, joins (a line that only joins points of others).
 
 const root = document.documentElement;
 const media = matchMedia("(prefers-color-scheme: dark)");
@@ -142,16 +143,20 @@ const redraw = () => Promise.all(Object.keys(figures).map(draw));
 const xOf = trace => trace.x ?? trace.y.map((_, k) => (trace.x0 ?? 0) + k * (trace.dx ?? 1));
 const cell = value => (value === null || value === undefined ? "" : /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : String(value));
 
-// one column of x where all lines share it, else one beside each line
+// names of rows stand where the others have their x
+const lying = trace => typeof trace.y?.[0] === "string";
+
+// one column of x where all lines share it, else one beside each line; lines that join others' points are left out
 function csvOf(id) {
   const f = figures[id], columns = [];
   let last = null;
-  f.data.forEach((trace, k) => {
-    const x = xOf(trace), same = last && last.length === x.length && last.every((v, i) => v === x[i]);
+  f.data.filter(trace => !trace.meta?.joins).forEach((trace, k) => {
+    const [across, up] = lying(trace) ? ["y", "x"] : ["x", "y"], x = lying(trace) ? trace.y.map(plain) : xOf(trace);
+    const same = last && last.length === x.length && last.every((v, i) => v === x[i]);
     const name = [plain(trace.name) || `line ${k + 1}`, trace.meta?.joint === undefined ? "" : `${f.layout.meta.joint} ${trace.meta.joint}`];
-    if (!same) { columns.push([plain(axisOf(f, trace, "x").title?.text) || "x", x]); }
-    const label = `${name.filter(Boolean).join(" ")}${axisOf(f, trace, "y").title?.text ? `: ${plain(axisOf(f, trace, "y").title.text)}` : ""}`;
-    columns.push([label, trace.y]);
+    if (!same) { columns.push([plain(axisOf(f, trace, across).title?.text) || (across === "y" ? "name" : "x"), x]); }
+    const label = `${name.filter(Boolean).join(" ")}${axisOf(f, trace, up).title?.text ? `: ${plain(axisOf(f, trace, up).title.text)}` : ""}`;
+    columns.push([label, trace[up]]);
     if (trace.error_y?.array) { columns.push([`${label}, ±`, trace.error_y.array]); }
     last = x;
   });
@@ -188,7 +193,8 @@ function tools(id) {
   }
   if (panelsOf(f).length) { bar.append(scaleButton(id)); }
   const data = Object.assign(document.createElement("button"), { type: "button", className: "data plain", textContent: "data (CSV)" });
-  data.setAttribute("aria-label", `download the data of ${plain(f.layout.title?.text) || plain(f.layout.yaxis?.title?.text)}`);
+  const title = plain(f.layout.title?.text) || plain(f.layout.yaxis?.title?.text), joints = jointsOf(f);
+  data.setAttribute("aria-label", `download the data of ${title.replace("{joint}", [...new Set([joints[0], joints.at(-1)])].join(" to "))}`);
   data.addEventListener("click", () => save(id));
   bar.append(data);
   frame.append(bar, box);
