@@ -48,7 +48,8 @@ def meshes_of(file: Path, robot: Robot) -> tuple[dict[int, Mesh], str]:
             text = ElementTree.tostring(tree, encoding="unicode")
             shown = pin.buildGeomFromUrdfString(robot.model, text, pin.VISUAL)
     except Exception as error:  # Pinocchio's, or those of its readers of meshes
-        return {}, f"The shapes of {file.name} cannot be read: {error}."
+        reason = " ".join((str(error).partition("message: ")[2] or str(error)).split())
+        return {}, f"The shapes of {file.name} cannot be read: {reason.rstrip('.')}."
     axes = {place: k for k, place in enumerate(robot.places)} | {0: -1}
     parts: dict[int, list[Mesh]] = {}
     for one in shown.geometryObjects:
@@ -155,14 +156,14 @@ def thinned(bodies: dict[int, Mesh], most: int) -> dict[int, Mesh]:
     if not bodies:
         return bodies
     size = max(float(np.ptp(mesh.points, axis=0).max()) for mesh in bodies.values())
-    best = _in_cells(bodies, size * FINEST)
-    if _count(best) <= most:
-        return best
-    best = _in_cells(bodies, size * COARSEST)
+    fine = _in_cells(bodies, size * FINEST)
+    if _count(fine) <= most:
+        return fine
+    best = _in_cells(fine, size * COARSEST)
     low, high = np.log(FINEST), np.log(COARSEST)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        tried = _in_cells(bodies, size * float(np.exp(middle)))
+        tried = _in_cells(fine, size * float(np.exp(middle)))
         if _count(tried) > most:
             low = middle
         else:
@@ -180,12 +181,17 @@ def _in_cells(bodies: dict[int, Mesh], side: float) -> dict[int, Mesh]:
 
 def _coarse(mesh: Mesh, side: float) -> Mesh:
     """With one point in each cell, the middle of those in it; what has no area left is left out."""
-    cells = np.floor(mesh.points / side).astype(np.int64)
-    _, cell, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    cell = cell.reshape(-1)
+    cells = np.floor((mesh.points - mesh.points.min(axis=0)) / side).astype(np.int64)
+    _, cell, count = np.unique(_keys(cells), return_inverse=True, return_counts=True)
     sums = [np.bincount(cell, weights=column) for column in mesh.points.T]
     faces = cell[mesh.faces]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (c != a)]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    _, first = np.unique(_keys(np.sort(faces, axis=1)), return_index=True)
     return Mesh(np.stack(sums, axis=1) / count[:, None], faces[np.sort(first)])
+
+
+def _keys(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """One number for each of the rows (n, 3) of numbers from 0 up to two millions."""
+    x, y, z = rows.T
+    return np.asarray((x * (2**21) + y) * (2**21) + z)

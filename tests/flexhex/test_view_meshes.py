@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from pathlib import Path
 
@@ -157,7 +158,8 @@ def test_damaged_mesh_is_said_and_bars_are_drawn(
 ) -> None:
     (tmp_path / "arm/meshes/two.stl").write_bytes(b"solid nothing")
     data = data_of(shown(app, tmp_path, log(tmp_path), "--base", file, "--joints", "j1,j2"))
-    assert data["said"].startswith("The shapes of arm.urdf cannot be read: ")
+    assert re.fullmatch(r"The shapes of arm.urdf cannot be read: [^\n]*[^.]\.", data["said"])
+    assert "two.stl" in data["said"]
     assert "foot" not in data["machine"]
 
 
