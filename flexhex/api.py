@@ -171,7 +171,9 @@ def with_trajectory(
 
 
 def save_result(result: Result, path: File) -> Path:
-    """Write a result as HDF5, with what made it. LogError when it cannot be written.
+    """Write a result with what made it, by the ending: .h5, .csv, .mat, .parquet, .mcap.
+
+    LogError when it cannot be written.
 
     >>> path = flexhex.save_result(result, "result.h5")
     """

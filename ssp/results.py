@@ -4,7 +4,7 @@
     save(result, "runs/fixed.csv")
     load("runs/fixed.csv")["plant.theta"]
 
-HDF5, CSV and MCAP read back exactly; MAT and Parquet are for other programs.
+All of them read back exactly.
 """
 
 from __future__ import annotations
@@ -43,8 +43,6 @@ FORMATS = {
     ".mcap": "mcap",
 }
 """Module of `flexhex.ssp.formats` by the ending of a file."""
-READ = ".h5, .hdf5, .csv and .mcap"
-"""Endings of the files that are read."""
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -107,7 +105,8 @@ def save(result: Result, path: str | Path, meta: Meta | None = None) -> Path:
 
 
 def load(path: str | Path) -> Result:
-    """Read a result in HDF5, CSV or MCAP. Raises LogError for a missing, broken or foreign file."""
+    """Read a result in the format of the ending. Raises LogError for a missing, broken or foreign
+    file."""
     source = Path(path)
     try:
         with source.open("rb") as file:
@@ -115,11 +114,9 @@ def load(path: str | Path) -> Result:
     except OSError as error:
         raise LogError(unreadable(path, error)) from None
     suffix = source.suffix.lower()
-    if suffix in (".mat", ".parquet"):
-        raise LogError(f"{path}: is for other programs: results are read from {READ}")
-    if suffix not in (".h5", ".hdf5", ".csv", ".mcap") and begin != HDF5_SIGNATURE:
+    if suffix not in FORMATS and begin != HDF5_SIGNATURE:
         ending = f"unknown ending {suffix!r}" if suffix else "has no ending"
-        raise LogError(f"{path}: {ending}: results are read from {READ}")
+        raise LogError(f"{path}: {ending}: results are read from {', '.join(FORMATS)}")
     name = "hdf5" if begin == HDF5_SIGNATURE else FORMATS[suffix]
     result: Result = importlib.import_module(f"flexhex.ssp.formats.{name}").read(source)
     return result

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -38,6 +39,10 @@ def test_site_is_built_without_a_warning_and_needs_no_network(
         assert not re.search(r"<link[^>]*\shref=\"(https?:)?//[^>]*stylesheet", text), page
     styles = [path.read_text(encoding="utf-8") for path in tmp_path.rglob("*.css")]
     assert not any(re.search(r"@import|url\(['\"]?(https?:)?//", text) for text in styles)
+    (notebook,) = tmp_path.glob("_downloads/*/fmpy.ipynb")
+    assert f'href="{notebook.relative_to(tmp_path)}"' in (tmp_path / "fmpy.html").read_text("utf-8")
+    cells = json.loads(notebook.read_text("utf-8"))["cells"]
+    assert sum(cell["cell_type"] == "code" for cell in cells) == 4
     # searched from the disk: results, and nothing said
     browser.said.clear()
     address = (tmp_path / "search.html").as_uri()

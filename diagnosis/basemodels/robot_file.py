@@ -65,9 +65,7 @@ def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
     whose torques can be calculated.
     """
     pin = pinocchio(file)
-    tree = _tree(file)
-    if tree.tag == "sdf":
-        tree = as_urdf(file, tree)
+    tree = robot_xml(file)
     _refuse_couplings(file, tree)
     model = _model(pin, file, tree)
     chosen = _chosen(file, tree, list(model.names)[1:], joints, axes)
@@ -81,6 +79,12 @@ def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
     for name, place, body in zip(chosen, places, bodies, strict=True):
         _refuse_impossible(file, name, body, model.inertias[place])
     return Robot(model, tuple(chosen), places, tuple(kinds), bodies)
+
+
+def robot_xml(file: Path) -> ElementTree.Element:
+    """The file as XML; an SDF as the URDF of its model. MachineError for a file that is none."""
+    tree = _tree(file)
+    return as_urdf(file, tree) if tree.tag == "sdf" else tree
 
 
 def _tree(file: Path) -> ElementTree.Element:

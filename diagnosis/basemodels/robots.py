@@ -31,7 +31,7 @@ class RobotBase(ColumnBase):
     """Base model of a robot sampled every ts [s]; see `flexhex.diagnosis.basemodels.base.Base`."""
 
     def __init__(self, file: Path, robot: Robot, tolerance: Tolerance, ts: float) -> None:
-        self.robot, self._pin = robot, pinocchio(file)
+        self.file, self.robot, self._pin = file, robot, pinocchio(file)
         self._data, n = robot.model.createData(), len(robot.places)
         self.length = _length(robot)
         super().__init__(

@@ -17,7 +17,7 @@ def convert_command(
         Path, typer.Argument(metavar="FILE", help="what to write: .h5, .csv, .mat, .parquet, .mcap")
     ],
 ) -> None:
-    """Write a run in another format, in SI units. HDF5, CSV and MCAP read back exactly."""
+    """Write a run in another format, in SI units. All of them read back exactly."""
     from flexhex.fmus.common.errors import UsageError
     from flexhex.ssp.results import check_target, save
     from flexhex.view.sources import load_source

@@ -186,7 +186,7 @@ def _beside(run: PaperRun, place: int, title: str, axis: str) -> Figure:
     colour = COLOURS["adaptive"]
     gaps = [
         {"x": [a, b], "y": [name, name], "mode": "lines", "line": {"color": "#bbb", "width": 2}}
-        | {"showlegend": False, "hoverinfo": "skip", "name": f"{name}: both"}
+        | {"showlegend": False, "hoverinfo": "skip", "meta": {"joins": True}}
         for (name, a), (_, b) in zip(ours, theirs, strict=True)
     ]
     dots = [

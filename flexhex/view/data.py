@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from flexhex.ssp.result import Array, Group, Result
 from flexhex.tracking import SETTLE
 from flexhex.view.shapes import Shape, of_machine
 from flexhex.view.sources import ERROR, PAYLOAD, RESIDUAL, THETA, TORQUE, WANTED, find
-from flexhex.view.thin import instants, line, rows, zero_order_hold
+from flexhex.view.thin import instants, line, packed, rows, zero_order_hold
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,8 @@ def _within(runs: Sequence[Run], span: Span) -> Span:
     last = max(group.time[-1] for run in runs for group in run.result.groups.values())
     begin, end = max(0.0, span[0]), min(float(last), span[1])
     if not begin < end:
-        raise UsageError(f"--from {span[0]:g} --to {span[1]:g}: the run lasts from 0 to {last:g} s")
+        wanted = f"--from {span[0]:g}" + (f" --to {span[1]:g}" if np.isfinite(span[1]) else "")
+        raise UsageError(f"{wanted}: the run lasts from 0 to {last:g} s")
     return begin, end
 
 
@@ -186,8 +186,3 @@ def _signal(group: Group, name: str, span: Span, points: int) -> dict[str, Any]:
             for one in lines
         ],
     }
-
-
-def packed(values: Array) -> str:
-    """Base64 of little-endian float32, row by row."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")

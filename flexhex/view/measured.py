@@ -45,8 +45,7 @@ def measured_runs(
     options: Options,
     held_out: Sequence[Path] = (),
 ) -> tuple[list[Run], Shape, str]:
-    """The logs as runs, what can be drawn of their machine, and why there is no residual, or
-    nothing.
+    """The logs as runs, what can be drawn of their machine, and what cannot be shown, or nothing.
 
     held_out: shown after the others, with the residual of a base model that was not fitted to them.
     Raises LogError, MachineError or UsageError for logs that are not of this base model.
@@ -58,14 +57,14 @@ def measured_runs(
         log.refuse_width(base.n)
         refuse_others(log.name, log.kinds, getattr(base, "kinds", ()), "the base model")
     shape = of_base(base, Path(options.base).name if machine_file is None else options.base)
-    results, said = [of_log(log) for log in logs], ""
+    results, said = [of_log(log) for log in logs], shape.said
     for path, result in zip(every, results, strict=True):
         refuse_far(path, result, shape)
     try:
         fit = _fit(paths, held_out, machine_file, options)
         results = [_with(r, log, fit) for r, log in zip(results, logs, strict=True)]
     except LogError as error:
-        said = f"No residual: {error}."
+        said = f"No residual: {error}. {said}".strip()
     runs = named_runs(every, results)
     apart = [replace(run, name=f"{run.name} (held out)") for run in runs[len(paths) :]]
     return [*runs[: len(paths)], *apart], shape, said

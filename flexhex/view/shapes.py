@@ -18,6 +18,8 @@ from flexhex.diagnosis.basemodels.serial import Arm, rotation
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.ssp.result import Array
+from flexhex.view.meshes import Mesh, meshes_of
+from flexhex.view.thin import packed
 
 SHORT = 1e-3
 """Two frames that are no farther apart than this are at one place [m]."""
@@ -27,12 +29,14 @@ SHORT = 1e-3
 class Shape:
     """joints: names of the axes. data: the drawing as JSON, by its `kind`: `hexapod`, `tree`,
     `bars` (whose places come with the runs) or `none`, with a sentence that says why. base: whose
-    bars they are. stroke: angle [rad] beyond which no joint goes."""
+    bars they are. stroke: angle [rad] beyond which no joint goes. said: what is not
+    drawn, or nothing."""
 
     joints: tuple[str, ...]
     data: dict[str, Any]
     base: OwnBase | None = None
     stroke: float = np.inf
+    said: str = ""
 
     @property
     def width(self) -> int:
@@ -69,7 +73,13 @@ def of_base(base: Base, name: str) -> Shape:
     if isinstance(base, HexapodBase):
         return of_machine(base.machine)
     if isinstance(base, RobotBase):
-        return Shape(base.robot.joints, tree(name, _robot(base.robot)))
+        joints = _robot(base.robot)
+        meshes, said = meshes_of(base.file, base.robot)
+        for axis, mesh in meshes.items():
+            if axis >= 0:
+                joints[axis]["mesh"] = _mesh(mesh)
+        drawn = tree(name, joints) | ({"foot": _mesh(meshes[-1])} if -1 in meshes else {})
+        return Shape(base.robot.joints, drawn, said=said)
     if isinstance(base, RigidArmBase):
         return Shape(_numbered(base.n), tree(name, _arm(base.arm)))
     if isinstance(base, OwnBase) and base.bars(np.zeros((1, base.n))) is not None:
@@ -95,7 +105,8 @@ def tree(name: str, joints: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
     joints: `parent` (-1: the foot), `at` (3,) [m] and `turn` (4,), the place of its frame in that
     of its parent, `axis` (3,), `turns` or it slides, `tip` (3,) [m], where the body ends that has
-    no further joint.
+    no further joint, and `mesh` where its shape is known: `points` and `faces`. The shape of what
+    stands still is the `foot` beside them.
     """
     return {"kind": "tree", "name": name, "joints": list(joints)}
 
@@ -134,6 +145,11 @@ def _arm(arm: Arm) -> list[dict[str, Any]]:
         )
         for k, link in enumerate(arm.links)
     ]
+
+
+def _mesh(mesh: Mesh) -> dict[str, str]:
+    """Corners of the triangles are whole numbers, which float32 has up to 16 million."""
+    return {"points": packed(mesh.points), "faces": packed(mesh.faces.astype(np.float64))}
 
 
 def _joint(

@@ -46,9 +46,11 @@ def load_source(path: Path, options: Options = DEFAULT, shape: Shape | None = No
         try:
             result = of_log(read_log(path, options))
         except LogError as as_log:
+            reasons = [_reason(path, as_result), _reason(path, as_log)]
+            if reasons[0] == reasons[1]:
+                raise LogError(f"{path}: {reasons[0]}") from None
             raise LogError(
-                f"{path}: shows no run: as a result: {_reason(path, as_result)};"
-                f" as a measured log: {_reason(path, as_log)}"
+                f"{path}: shows no run: as a result: {reasons[0]}; as a measured log: {reasons[1]}"
             ) from None
     if shape is not None:
         refuse_far(path, result, shape)

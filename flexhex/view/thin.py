@@ -1,7 +1,8 @@
-"""Fewer samples for a page: bins that keep their extremes, and instants for the machine."""
+"""Fewer samples for a page: bins that keep their extremes, instants for the machine; as text."""
 
 from __future__ import annotations
 
+import base64
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,3 +69,8 @@ def zero_order_hold(group: Group, samples: Array, times: Array) -> Array:
     """What others see at those times [s]: the latest sample (rows, ...) of each."""
     places = np.floor(times / group.Ts + 1e-6).astype(int)
     return np.asarray(samples[np.clip(places, 0, len(samples) - 1)])
+
+
+def packed(values: Array) -> str:
+    """Base64 of little-endian float32, row by row."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")

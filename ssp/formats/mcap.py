@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from flexhex.fmus.common.errors import LogError, UsageError
-from flexhex.ssp.result import FORMAT, VERSION, Array, FmuTime, Group, Meta, Result, plain
+from flexhex.ssp.formats.about import about_result, refuse_version, result_of
+from flexhex.ssp.result import FORMAT, Array, Group, Meta, Result
 
 RECORD = "flexhex"
 """Name of the metadata that makes a file a result of ours."""
@@ -139,36 +140,11 @@ def _pattern(topic: Topic) -> str:
 
 def _about(result: Result, topics: list[Topic], meta: Meta) -> dict[str, str]:
     """What messages do not hold, as texts; `meta` stands there for people, too."""
-    groups = {
-        rate: {
-            "period": group.period,
-            "base": group.base,
-            "signals": {
-                signal: {
-                    "topic": topic.name,
-                    "field": topic.field(signal),
-                    "shape": [0, *group.signals[signal].shape[1:]],
-                    "unit": group.units.get(signal, ""),
-                    "description": group.descriptions.get(signal, ""),
-                    "elements": group.elements.get(signal),
-                }
-                for topic in topics
-                if topic.rate == rate
-                for signal in topic.signals
-            },
-        }
-        for rate, group in result.groups.items()
-    }
-    known = {key: plain(value) for key, value in meta.items()}
-    about = {
-        "format": FORMAT,
-        "version": VERSION,
-        "duration_s": result.duration,
-        "wall_s": result.wall,
-        "meta": known,
-        "times": {name: vars(spent) for name, spent in result.times.items()},
-        "groups": groups,
-    }
+    about = about_result(result, meta)
+    for topic in topics:
+        for signal in topic.signals:
+            place = {"topic": topic.name, "field": topic.field(signal)}
+            about["groups"][topic.rate]["signals"][signal].update(place)
     return {key: json.dumps(value, ensure_ascii=False) for key, value in about.items()}
 
 
@@ -184,18 +160,13 @@ def read(path: Path) -> Result:
         about = _summary(path, file)
         if about is None:
             raise LogError(f"{path}: an MCAP file, but not a result of flexhex")
-        if about["version"] != VERSION:
-            raise LogError(
-                f"{path}: version {about['version']} of the format, this program reads {VERSION}"
-            )
+        refuse_version(path, about)
         reader = importlib.import_module("mcap.reader").make_reader(file)
         rows: dict[str, list[Any]] = {}
         try:
             for _, channel, message in reader.iter_messages(log_time_order=False):
                 rows.setdefault(channel.topic, []).append(json.loads(message.data))
-            groups = {rate: _group(entry, rows) for rate, entry in about["groups"].items()}
-            times = {name: FmuTime(**spent) for name, spent in about["times"].items()}
-            return Result(groups, times, about["duration_s"], about["wall_s"], about["meta"])
+            return result_of(about, lambda rate, signal: _samples(about, rows, rate, signal))
         except Exception as error:  # mcap's own classes
             raise LogError(f"{path}: a damaged MCAP file, maybe truncated ({error})") from None
 
@@ -216,21 +187,11 @@ def _summary(path: Path, file: Any) -> dict[str, Any] | None:
     return about if about.get("format") == FORMAT else None
 
 
-def _group(entry: dict[str, Any], rows: dict[str, list[Any]]) -> Group:
-    """A group out of the messages of its topics."""
-    signals: dict[str, Array] = {}
-    for name, one in entry["signals"].items():
-        parts = [message[one["field"]] for message in rows.get(one["topic"], [])]
-        if one["elements"]:
-            parts = [list(part.values()) for part in parts]
-        # null becomes the number that is none
-        values = np.array(parts, dtype=np.float64)
-        signals[name] = values if parts else values.reshape(one["shape"])
-    each: dict[str, dict[str, Any]] = {
-        key: {name: one[key] for name, one in entry["signals"].items()}
-        for key in ("unit", "description", "elements")
-    }
-    elements = {name: tuple(parts) for name, parts in each["elements"].items() if parts}
-    return Group(
-        entry["period"], entry["base"], signals, each["unit"], each["description"], elements
-    )
+def _samples(about: dict[str, Any], rows: dict[str, list[Any]], rate: str, signal: str) -> Array:
+    """A signal out of the messages of its topic."""
+    entry = about["groups"][rate]["signals"][signal]
+    parts = [message[entry["field"]] for message in rows.get(entry["topic"], [])]
+    if entry["elements"]:
+        parts = [list(part.values()) for part in parts]
+    # null becomes the number that is none
+    return np.array(parts, dtype=np.float64)

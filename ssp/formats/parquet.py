@@ -2,19 +2,24 @@
 
 A row for each instant at which any rate has a sample; a column for each scalar
 (`plant.theta[1]`), null where its rate has no sample. Unit and description stand in the
-metadata of each field, the provenance in that of the table.
+metadata of each field, the provenance in that of the table, and under `flexhex_result` what reads
+a result back exactly.
 """
 
 from __future__ import annotations
 
 import importlib
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.ssp.formats.about import KEY, about_result, refuse_version, result_of
 from flexhex.ssp.result import FORMAT, VERSION, Group, Meta, Result
+
+PACKAGE = "needs the package pyarrow: pip install 'flexhex[parquet]'"
 
 
 def check_installed(path: Path) -> None:
@@ -22,9 +27,7 @@ def check_installed(path: Path) -> None:
     try:
         importlib.import_module("pyarrow.parquet")
     except ImportError:
-        raise UsageError(
-            f"{path}: writing .parquet needs the package pyarrow: pip install 'flexhex[parquet]'"
-        ) from None
+        raise UsageError(f"{path}: writing .parquet {PACKAGE}") from None
 
 
 def write(path: Path, result: Result, meta: Meta) -> None:
@@ -44,9 +47,45 @@ def write(path: Path, result: Result, meta: Meta) -> None:
             fields.append(_field(arrow, name, unit, text))
             columns.append(arrow.array(values[rows], mask=empty))
     facts = {"format": FORMAT, "version": VERSION, "base_step_s": base} | dict(meta)
-    schema = arrow.schema(fields, metadata={key: str(value) for key, value in facts.items()})
+    texts = {key: str(value) for key, value in facts.items()}
+    texts[KEY] = json.dumps(about_result(result, meta))
+    schema = arrow.schema(fields, metadata=texts)
     table = arrow.table(columns, schema=schema)
     importlib.import_module("pyarrow.parquet").write_table(table, path)
+
+
+def read(path: Path) -> Result:
+    """Read a result that `write` wrote. LogError when it is none or damaged, or without pyarrow."""
+    try:
+        parquet = importlib.import_module("pyarrow.parquet")
+    except ImportError:
+        raise LogError(f"{path}: reading .parquet {PACKAGE}") from None
+    try:
+        table = parquet.read_table(path)
+        text = (table.schema.metadata or {}).get(KEY.encode())
+    except Exception as error:  # pyarrow's own classes
+        raise LogError(f"{path}: not a readable Parquet file ({error})") from None
+    if text is None:
+        raise LogError(f"{path}: a Parquet file, but not a result: its metadata has no `{KEY}`")
+    try:
+        about = json.loads(text)
+        refuse_version(path, about)
+        columns = iter(table.columns[1:])
+        # a null is no sample, a NaN is one
+        values = {
+            (rate, signal): np.stack(
+                [
+                    next(columns).drop_null().to_numpy()
+                    for _ in range(max(one["shape"][1:], default=1))
+                ],
+                axis=-1,
+            )
+            for rate, entry in about["groups"].items()
+            for signal, one in entry["signals"].items()
+        }
+        return result_of(about, lambda rate, signal: values[rate, signal])
+    except (ValueError, KeyError, TypeError, AttributeError, StopIteration) as error:
+        raise LogError(f"{path}: a damaged result ({error})") from None
 
 
 def _scalars(group: Group) -> list[tuple[str, str, str, Any]]:

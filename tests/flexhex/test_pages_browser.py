@@ -49,12 +49,23 @@ def bars() -> Figure:
     return figure("Bars", "", "size [m]", [bar])
 
 
+def dots() -> Figure:
+    """Two dots in each of two rows, joined by a line."""
+    rows = ["alone<br>fixed", "adaptive"]
+    line = {"x": [1.0, 2.0], "y": rows[:1] * 2, "mode": "lines", "meta": {"joins": True}}
+    marks = [
+        {"x": x, "y": rows, "mode": "markers", "name": name}
+        for name, x in (("theirs", [1.0, 3.0]), ("ours", [2.0, 4.0]))
+    ]
+    return figure("Dots", "e [µrad]", "", [line, *marks])
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two linked plots, bars, a wide table, four sections."""
     parts = [
         PageSection("First", figures={"angle": joints(), "error": error()}, timed=True),
-        PageSection("Second", "a sentence", figures={"bars": bars()}, small=True),
+        PageSection("Second", "a sentence", figures={"bars": bars(), "dots": dots()}, small=True),
         PageSection("Third", headings=("name", *"abcdefgh"), rows=[("row", *["1.234567"] * 8)] * 3),
         PageSection("Fourth", "the answer", answer=True),
     ]
@@ -150,6 +161,17 @@ def test_hover_names_all_lines_with_unit(shown: Browser) -> None:
     assert "time 2 s" in text
     assert "one : 1.819 rad" in text
     assert "two : 3.637 rad" in text
+    lines = shown.run(
+        "[...document.querySelectorAll('#angle .spikeline')].map(line =>"
+        " [getComputedStyle(line).stroke, getComputedStyle(line).strokeWidth])"
+    )
+    assert lines, "a line at the time that is read"
+    assert {tuple(line) for line in lines} == {("rgb(136, 136, 136)", "1px")}
+
+
+def test_unit_of_an_element_is_not_its_number(shown: Browser) -> None:
+    titles = {"plant.theta[2] [mrad]": "mrad", "plant.kind[2]": "", "[N m]": "N m", "θ [°]": "°"}
+    assert {title: shown.run(f"unitOf({json.dumps(title)})") for title in titles} == titles
 
 
 def test_zoom_of_one_time_axis_zooms_those_linked(shown: Browser) -> None:
@@ -160,7 +182,7 @@ def test_zoom_of_one_time_axis_zooms_those_linked(shown: Browser) -> None:
 
 
 def test_download_gives_the_plotted_numbers(shown: Browser) -> None:
-    rows = [line.split(",") for line in shown.run(CSV % "Angle of joint {joint}").splitlines()]
+    rows = [line.split(",") for line in shown.run(CSV % "Angle of joint 1 to 3").splitlines()]
     assert rows[0][:3] == ["time [s]", "one joint 1: θ [rad]", "two joint 1: θ [rad]"]
     assert len(rows[0]) == 7, "lines that share their samples share a column"
     numbers = np.array([[float(v) for v in row] for row in rows[1:]])
@@ -171,6 +193,9 @@ def test_download_gives_the_plotted_numbers(shown: Browser) -> None:
     text = shown.run(CSV % "Error")
     assert text.splitlines()[0] == 'time [s],"a, b: e [µrad]"'
     assert shown.run(CSV % "Bars") == "x,size: size [m]\na,1\nb,\n"
+    # rows by name, without the lines that join the dots
+    table = "name,theirs: e [µrad],ours: e [µrad]\nalone fixed,1,2\nadaptive,3,4\n"
+    assert shown.run(CSV % "Dots") == table
 
 
 def test_axis_has_a_square_as_a_person_writes_it() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import sys
 import tomllib
 from hashlib import sha256
 from pathlib import Path
@@ -184,7 +185,8 @@ def test_what_cannot_be_shown_is_refused(app: typer.Typer, tmp_path: Path) -> No
     (tmp_path / "text.csv").write_text("a,b\n1,2\n")
     for words, kind, reason in (
         ([bare], UsageError, "has no angles"),
-        ([good, "--from", "9"], UsageError, "the run lasts from 0 to 4 s"),
+        ([good, "--from", "9"], UsageError, "^--from 9: the run lasts from 0 to 4 s"),
+        ([good, "--from", "2", "--to", "1"], UsageError, "^--from 2 --to 1: the run lasts"),
         ([good, "--machine", "machines/tflex-actuators.toml"], UsageError, "is no hexapod"),
         ([good, "--machine", "none.toml"], MachineError, "none.toml"),
         ([tmp_path / "none.h5"], LogError, "no such file"),
@@ -198,6 +200,15 @@ def test_what_cannot_be_shown_is_refused(app: typer.Typer, tmp_path: Path) -> No
         done = CliRunner().invoke(app, ["view", *map(str, words)])
         assert isinstance(done.exception, kind)
         assert re.search(reason, str(done.exception))
+
+
+def test_reason_that_both_readers_have_is_said_once(
+    app: typer.Typer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    (tmp_path / "run.parquet").touch()
+    said = str(CliRunner().invoke(app, ["view", str(tmp_path / "run.parquet")]).exception)
+    assert said.count("needs the package pyarrow") == 1
 
 
 def test_page_names_no_address_and_is_small_without_its_data(

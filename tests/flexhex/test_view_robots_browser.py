@@ -108,6 +108,16 @@ def test_numbers_stand_at_their_joints(shown: Browser) -> None:
     assert shown.run(chosen)[4] == "chosen"
 
 
+def test_on_paper_plots_are_whole_and_nothing_stands_beside_its_place(shown: Browser) -> None:
+    style = "(sign, name) => getComputedStyle(document.querySelector(sign))[name]"
+    assert shown.run(f"({style})('#numbers', 'display')") != "none"
+    shown.call("Emulation.setEmulatedMedia", media="print")
+    assert shown.run(f"({style})('#numbers', 'display')") == "none"
+    assert shown.run(f"({style})('.chart button', 'display')") == "none"
+    assert shown.run(f"({style})('.chart', 'breakInside')") == "avoid"
+    shown.call("Emulation.setEmulatedMedia", media="")
+
+
 def test_mouse_over_a_plot_moves_the_arm(shown: Browser) -> None:
     left, right, y = shown.run(
         "(() => { const b = document.querySelectorAll('.u-over')[1].getBoundingClientRect();"

@@ -22,6 +22,19 @@ def test_scale_of_a_plot_has_the_prefix_that_fits_its_largest_value(shown: Brows
     assert 120 < theta_most < 140
 
 
+def test_rounding_is_shown_as_zero(shown: Browser) -> None:
+    """The sine of 2 pi is no 8.56e-8 nrad; a reading of a thousandth of the smallest prefix is."""
+    texts = {
+        "8.56e-17, 'rad'": "0 rad",
+        "0, 'N m'": "0 N m",
+        "-2e-12, 'rad'": "−0.002 nrad",
+        "-3.12e-5, 'rad'": "−31.2 µrad",
+        "8.56e-17, 'kg'": "8.56e-17 kg",
+    }
+    # `shown` of the page, which writes values
+    assert {given: shown.run(f"globalThis.shown({given})") for given in texts} == texts
+
+
 def test_values_say_their_joint_and_times_their_unit(shown: Browser) -> None:
     """Without the colon joint 1 with 340 mN m read as 1340 mN m."""
     shown.run("setTime(2.5)")

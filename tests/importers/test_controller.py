@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from flexhex.fmus.common.errors import InterfaceError, RunError
 from flexhex.ssp.executor import run
 from flexhex.ssp.read import read_ssp
 from flexhex.ssp.results import Result
-from tests.conftest import one_at_a_time
+from tests.conftest import ROOT, one_at_a_time
 from tests.importers.loop import BASE, SECONDS
 from tests.typed import values_of
 
@@ -63,6 +65,21 @@ def slave(controller_ssp: Path) -> Iterator[FMU2Slave]:
     fmu.names = {name: v.valueReference for name, v in fmu.variables.items()}
     yield fmu
     fmu.freeInstance()
+
+
+def test_guide_lists_the_lines_between_the_blocks(controller_ssp: Path) -> None:
+    """The table of docs/import.md, by which they are drawn by hand in Simulink."""
+    text = (ROOT / "docs" / "import.md").read_text(encoding="utf-8")
+    cells = r"\| (\w+) `(\w+)[^|]*\| (\w+) `(\w+)[^|]*\| (\d+) \|"
+    rows = re.findall(cells, text.partition("### Simulink")[2])
+    listed = {tuple(row[:4]): int(row[4]) for row in rows}
+    drawn = Counter(
+        tuple(end.partition("[")[0] for end in wire) for wire in read_ssp(controller_ssp).wires
+    )
+    # the setpoint with its rates is one row
+    rates = [drawn.pop(("reference", rate, "controller", rate)) for rate in ("rd", "rdd")]
+    drawn["reference", "r", "controller", "r"] += sum(rates)
+    assert listed == drawn
 
 
 def initialised(fmu: FMU2Slave) -> FMU2Slave:

@@ -91,6 +91,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/import.md": {
         "0.25 ms": BASE,
         "0.12 s": "length of a simulation",
+        "3 s": "length of a simulation",
         "2 s": "length of a simulation",
         "15 ms": "how often ecos is read",
         "0.00025": BASE,

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import csv
 import errno
-import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from scipy.io import loadmat
+from scipy.io import savemat
 
 from flexhex.diagnosis.logs import read_log
 from flexhex.fmus.common.errors import LogError, UsageError
-from flexhex.ssp.formats.mat import identifiers
-from flexhex.ssp.formats.parquet import check_installed
 from flexhex.ssp.result import FmuTime, Group, Result
 from flexhex.ssp.results import check_target, load, save
 
@@ -56,9 +53,12 @@ def result() -> Result:
 
 
 @pytest.mark.parametrize(
-    "name", ["r.h5", "r.hdf5", "r.csv", "R.CSV", "Läufe 1/größe ñ.csv", "r.mcap"]
+    "name",
+    ["r.h5", "r.hdf5", "r.csv", "R.CSV", "Läufe 1/größe ñ.csv", "r.mcap", "ü.mat", "ü.parquet"],
 )
 def test_result_reads_back_exactly(result: Result, tmp_path: Path, name: str) -> None:
+    if name.endswith("parquet"):
+        pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
     path = save(result, tmp_path / name)
     assert path == tmp_path / name
     again = load(path)
@@ -126,54 +126,6 @@ def test_logs_are_read_from_results(result: Result, tmp_path: Path, ending: str)
     assert np.array_equal(log.channels["tau_ff"].values, result["F.tau_ff"])
 
 
-def test_mat_holds_a_struct_for_each_rate(result: Result, tmp_path: Path) -> None:
-    loaded = loadmat(str(save(result, tmp_path / "ü.mat")), simplify_cells=True)
-    slow, fast = loaded["rate_250ms"], loaded["rate_0_25ms"]
-    assert np.array_equal(fast["feedback_e"], result["feedback.e"], equal_nan=True)
-    assert np.array_equal(fast["time"], result.time("feedback.e"))
-    assert np.array_equal(slow["K_p_std_lower_J_xx"], result["K.p_std.lower.J_xx"])
-    assert (fast["unit"]["plant_tau_meas"], fast["unit"]["time"]) == ("N m", "s")
-    assert slow["unit"]["K_p"].tolist() == ["N m", "kg m2"]
-    assert slow["name"]["K_p"].tolist() == ["K.p.actuator[1].o", "K.p.lower.J_xx"]
-    assert slow["name"]["K_p_std_lower_J_xx"] == "K.p_std.lower.J_xx"
-    assert (loaded["meta"]["case"], loaded["meta"]["n"]) == ("fixed", 3)
-
-
-def test_identifiers_are_valid_in_matlab_and_unique() -> None:
-    names = ["a.b", "a_b", "0.25ms", "time", "é", "_x", "n" * 70, "n" * 71]
-    identified = identifiers(names)
-    assert list(identified) == names
-    assert len(set(identified.values())) == len(names)
-    for name in identified.values():
-        assert name.isidentifier()
-        assert name.isascii()
-        assert name[0].isalpha()
-        assert len(name) <= 63
-
-
-def test_parquet_holds_all_rates_on_one_time(result: Result, tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    table = parquet.read_table(save(result, tmp_path / "ü.parquet"))
-    assert table["time"].to_numpy().tobytes() == result.time("plant.theta").tobytes()
-    e = table["feedback.e[3]"].to_numpy()
-    assert e.tobytes() == result["feedback.e"][:, 2].tobytes()
-    p = table["K.p.lower.J_xx"]
-    assert p.null_count == N - 6
-    assert p.drop_null().to_numpy().tobytes() == result["K.p"][:, 1].tobytes()
-    assert p.is_valid().to_numpy().nonzero()[0].tolist() == list(range(0, N, 1000))
-    assert table.schema.field("K.p.lower.J_xx").metadata[b"unit"] == b"kg m2"
-    assert table.schema.metadata[b"case"] == b"fixed"
-
-
-def test_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    path = tmp_path / "r.parquet"
-    for check in (check_installed, check_target):
-        with pytest.raises(UsageError, match=r"pip install 'flexhex\[parquet\]'"):
-            check(path)
-
-
 def test_target_is_judged_before_anything_is_computed(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.h5").mkdir()
@@ -232,11 +184,13 @@ def test_broken_csv_is_refused(
 def test_files_of_other_kinds_are_refused(result: Result, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,theta[1]\ns,rad\n0,1\n")
     (tmp_path / "noise.csv").write_bytes(bytes(range(256)))
-    save(result, tmp_path / "r.mat")
+    savemat(tmp_path / "log.mat", {"theta": np.arange(3.0)})
+    (tmp_path / "noise.mat").write_bytes(bytes(range(256)))
     for name, reason in (
         ("log.csv", "a CSV file, but not a result"),
         ("noise.csv", "damaged result"),
-        ("r.mat", "results are read from .h5, .hdf5, .csv and .mcap"),
+        ("log.mat", "a MAT file, but not a result"),
+        ("noise.mat", "not a readable MAT result"),
         ("", "is a folder"),
     ):
         with pytest.raises(LogError, match=reason):

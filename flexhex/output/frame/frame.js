@@ -1,7 +1,8 @@
 "use strict";
 // Plots of a page: colours of the scheme, one hover with names and units, linked time axes, one
 // selector of joints, the data behind each plot, print. `figures`: plotly figures by id, whose
-// layout.meta says more: time (a group of linked axes), joint (word of the selector), first.
+// layout.meta says more: time (a group of linked axes), joint (word of the selector), first;
+// trace.meta: joint, panel, joins (a line that only joins points of others).
 
 const root = document.documentElement;
 const media = matchMedia("(prefers-color-scheme: dark)");
@@ -35,7 +36,8 @@ function coloured(value, key = "") {
   return Object.fromEntries(Object.entries(value).map(([name, one]) => [name, coloured(one, name)]));
 }
 
-const unitOf = title => /\[([^\]]+)\]/.exec(title ?? "")?.[1] ?? "";
+// what stands in brackets by itself: an element, theta[2], is no unit
+const unitOf = title => /(^|\s)\[([^\]]+)\]/.exec(title ?? "")?.[2] ?? "";
 const axisOf = (f, trace, name) => f.layout[`${name}axis${(trace[`${name}axis`] ?? "").slice(1)}`] ?? {};
 const plain = text => (text ?? "").replace(/<sub>/g, "_").replace(/<\/su[bp]>/g, "").replace(/<[^>]*>/g, " ");
 
@@ -49,7 +51,7 @@ function layoutOf(f) {
     modebar: { bgcolor: "rgba(0,0,0,0)", color: "#999", activecolor: "#1f6fb2" },
     hoverlabel: { namelength: -1, bgcolor: "#ffffff", bordercolor: "#999", font: { color: "#222" } },
   });
-  const unit = unitOf(f.layout.xaxis?.title?.text), x = plain(f.layout.xaxis?.title?.text).replace(/\s*\[.*/, "");
+  const unit = unitOf(f.layout.xaxis?.title?.text), x = plain(f.layout.xaxis?.title?.text).replace(/(^|\s+)\[.*/, "");
   if (layout.hovermode === "x unified") {
     layout.xaxis = { ...layout.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
   }
@@ -141,16 +143,20 @@ const redraw = () => Promise.all(Object.keys(figures).map(draw));
 const xOf = trace => trace.x ?? trace.y.map((_, k) => (trace.x0 ?? 0) + k * (trace.dx ?? 1));
 const cell = value => (value === null || value === undefined ? "" : /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : String(value));
 
-// one column of x where all lines share it, else one beside each line
+// names of rows stand where the others have their x
+const lying = trace => typeof trace.y?.[0] === "string";
+
+// one column of x where all lines share it, else one beside each line; lines that join others' points are left out
 function csvOf(id) {
   const f = figures[id], columns = [];
   let last = null;
-  f.data.forEach((trace, k) => {
-    const x = xOf(trace), same = last && last.length === x.length && last.every((v, i) => v === x[i]);
+  f.data.filter(trace => !trace.meta?.joins).forEach((trace, k) => {
+    const [across, up] = lying(trace) ? ["y", "x"] : ["x", "y"], x = lying(trace) ? trace.y.map(plain) : xOf(trace);
+    const same = last && last.length === x.length && last.every((v, i) => v === x[i]);
     const name = [plain(trace.name) || `line ${k + 1}`, trace.meta?.joint === undefined ? "" : `${f.layout.meta.joint} ${trace.meta.joint}`];
-    if (!same) { columns.push([plain(axisOf(f, trace, "x").title?.text) || "x", x]); }
-    const label = `${name.filter(Boolean).join(" ")}${axisOf(f, trace, "y").title?.text ? `: ${plain(axisOf(f, trace, "y").title.text)}` : ""}`;
-    columns.push([label, trace.y]);
+    if (!same) { columns.push([plain(axisOf(f, trace, across).title?.text) || (across === "y" ? "name" : "x"), x]); }
+    const label = `${name.filter(Boolean).join(" ")}${axisOf(f, trace, up).title?.text ? `: ${plain(axisOf(f, trace, up).title.text)}` : ""}`;
+    columns.push([label, trace[up]]);
     if (trace.error_y?.array) { columns.push([`${label}, ±`, trace.error_y.array]); }
     last = x;
   });
@@ -187,7 +193,8 @@ function tools(id) {
   }
   if (panelsOf(f).length) { bar.append(scaleButton(id)); }
   const data = Object.assign(document.createElement("button"), { type: "button", className: "data plain", textContent: "data (CSV)" });
-  data.setAttribute("aria-label", `download the data of ${plain(f.layout.title?.text) || plain(f.layout.yaxis?.title?.text)}`);
+  const title = plain(f.layout.title?.text) || plain(f.layout.yaxis?.title?.text), joints = jointsOf(f);
+  data.setAttribute("aria-label", `download the data of ${title.replace("{joint}", [...new Set([joints[0], joints.at(-1)])].join(" to "))}`);
   data.addEventListener("click", () => save(id));
   bar.append(data);
   frame.append(bar, box);

@@ -28,13 +28,14 @@ function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// 3 digits, with the unit that fits: 31.2 µrad
+// 3 digits, with the unit that fits: 31.2 µrad; 0 where the smallest one would show nothing but rounding
 const PREFIXES = [[1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""]];
 function shown(value, unit) {
   const plain = !["rad", "m", "N m", "N", "rad/s", "rad/s2", "s", "V", "A"].includes(unit);
   const size = Math.abs(value);
   if (!Number.isFinite(value)) { return "–"; }
-  if (plain || size === 0) { return `${+value.toPrecision(4)} ${unit === "1" ? "" : unit}`.trim(); }
+  if (!plain && size < 1e-3 * PREFIXES[0][0]) { return `0 ${unit}`; }
+  if (plain) { return `${+value.toPrecision(4)} ${unit === "1" ? "" : unit}`.trim(); }
   const [scale, prefix] = PREFIXES.findLast(([s]) => size >= s * 0.9995) ?? PREFIXES[0];
   return `${+(value / scale).toPrecision(3)} ${prefix}${unit}`.replace("-", "−");
 }
