@@ -106,6 +106,20 @@ def test_offsets_of_runs_are_noise_of_runs_alone(tmp_path: Path) -> None:
     assert sure["own"] < 0.3 * sure["none"]
 
 
+@pytest.mark.parametrize(("offsets", "slow"), [((0.5, 0.5), False), ((0.5, -0.5), True)])
+def test_what_runs_without_repeats_have_in_common_is_no_noise(
+    offsets: tuple[float, float], slow: bool
+) -> None:
+    """A constant torque of all runs is for the search to find; one of a run alone is its own."""
+    rng, size = np.random.default_rng(6), 2000
+    signal = SimpleNamespace(values=rng.standard_normal((size, 1)), valid=np.ones(size, bool))
+    runs = [SimpleNamespace(trajectory=k, tau=signal, repeated=(k, 0)) for k in "ab"]
+    blocks: Any = [SimpleNamespace(run=run, usable=np.ones(size, dtype=bool)) for run in runs]
+    noise = measured(blocks, [o + 0.05 * rng.standard_normal((size, 1)) for o in offsets])
+    assert not noise.repeats
+    assert (abs(noise.a[0].sum()) > 0.5) == slow
+
+
 def test_line_is_orthonormal() -> None:
     base = line(50)
     np.testing.assert_allclose(base.T @ base, np.eye(2), atol=1e-12)

@@ -113,6 +113,24 @@ def test_gain_that_no_machine_has_is_no_evidence(most: float, there: bool) -> No
     assert (float((whole - left_out).sum()) > 0.0) == there
 
 
+def test_no_column_takes_more_than_is_left() -> None:
+    """Products between passes may lose their sign beside many terms: then a fall knows no end."""
+    rng = np.random.default_rng(6)
+    B, C, fold = rng.normal(size=(240, 1)), rng.normal(size=(240, 1)), np.arange(240) // 80
+    y = B[:, 0] + 3.0 * C[:, 0] + rng.normal(size=240)
+    moments = Moments(rows_of(y, B, np.ones(1), fold))
+    left = ((y - B @ moments.fit(None).q) ** 2).sum()
+    assert moments.most(None) == pytest.approx(left + len(y), rel=1e-6)
+    effect = effect_of(C)
+    assert tried(moments, effect)[None].evidence[0] > 100
+    # a curvature of next to nothing, as rounding leaves it
+    products = effect.beside(moments)
+    tiny = replace(products, own=1e-9 * products.own, cross=1e-9 * products.cross)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(EffectHypothesis, "beside", lambda *_: tiny)
+        assert tried(moments, effect)[None].evidence[0] == -np.inf
+
+
 @pytest.mark.parametrize(("breakaway", "there"), [(1.5, True), (3.0, False)])
 def test_breakaway_torque_without_the_friction_that_it_needs_is_no_evidence(
     breakaway: float, there: bool

@@ -51,8 +51,11 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "2 s": "Beckhoff on the CX8110",
         "5 s": "source of the IgH master",
         "10 µs": "source of the IgH master",
+        "1.19": "bound of the torque constant that a drive reports, fourth root of two",
     },
     "docs/gateway-power-up.md": {
+        "1.19": "bound of the torque constant that a calibration finds, fourth root of two",
+        "1.41": "square root of two",
         "3 mrad": "motion that ends a push of `calibrate signs`",
         "0.1 rad": "bound of the rest pose after `home --stops`",
         "0.06 rad": "scatter of the rest pose that the test of referencing allows",
@@ -63,6 +66,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "0.1 s": "time after a first Ctrl-C from which a second one counts",
     },
     "docs/gateway-rules.md": {
+        "0.35 rad": "pose of the test of ways near a singular one",
         "0.1 rad": "bound of the rest pose after `home --stops`",
         "0.6 N m": "default of a monitor",
         "1 N m": "default of a monitor",
