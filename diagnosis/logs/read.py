@@ -154,14 +154,11 @@ def _channel(
         findings.append(Finding("units", where, text, True))
     channel, more = filled(where, name, clock.channel(values))
     findings += more
-    if name == "theta":
-        channel, slips = jumps(where, channel)
-        findings += slips
-    if name in TORQUES or any(currents):
-        called = "tau_meas" if any(currents) else name
-        channel, alone = spikes(where, called, channel)
-        channel, cut = clipped(where, called, channel)
-        findings += [*alone, *cut]
+    torque = name in TORQUES or any(currents)
+    called = "tau_meas" if any(currents) else name
+    for sound in (jumps,) if name == "theta" else (spikes, clipped) if torque else ():
+        channel, found = sound(where, called, channel)
+        findings += found
     if more and more[0].kind == "nan" and "no numbers" in more[0].text:
         return None
     return channel

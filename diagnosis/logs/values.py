@@ -80,7 +80,7 @@ def clipped(where: str, name: str, channel: Channel) -> tuple[Channel, list[Find
     return replace(channel, valid=valid), findings
 
 
-def jumps(where: str, channel: Channel) -> tuple[Channel, list[Finding]]:
+def jumps(where: str, name: str, channel: Channel) -> tuple[Channel, list[Finding]]:
     """Angles that jump farther than any motion goes in a sample: samples that were lost without
     a gap in time, or a slip of the encoder. The samples beside a jump become invalid, and those
     before it that stand at the same value to the last digit, as readings do that froze."""
@@ -105,7 +105,7 @@ def jumps(where: str, channel: Channel) -> tuple[Channel, list[Finding]]:
     if not count:
         return channel, []
     when = channel.t0 + channel.ts * first
-    text = f"theta jumps {count} times, first at {when:.6g} s: samples lost, or an encoder slip"
+    text = f"{name} jumps {count} times, first at {when:.6g} s: samples lost, or an encoder slip"
     if still:
         text += f"; it stands still for {channel.ts * still:.3g} s before: frozen, not used"
     return replace(channel, valid=valid), [Finding("jump", where, text, True)]

@@ -1,0 +1,43 @@
+"""Samples that no machine makes are not used: angles that jump or froze, torques of one sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexhex.diagnosis.logs import read_log
+from tests.diagnosis.logs.test_faults import finding
+from tests.diagnosis.synthetic import motion, plain_csv
+
+
+def test_jump_of_an_angle_is_not_valid(tmp_path: Path) -> None:
+    """Samples lost while the logger counted on: time shows nothing, the angle does."""
+    run = motion()
+    run["theta"] = np.vstack([run["theta"][:3000], run["theta"][3200:], run["theta"][-200:]])
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    assert not log["theta"].valid[2999:3001].any()
+    assert "jumps" in finding(log, "jump").text
+
+
+def test_readings_that_froze_are_not_valid(tmp_path: Path) -> None:
+    """They stand still to the last digit, and then jump to where the axis is; rest does not."""
+    run = motion()
+    run["theta"][2000:2500, 1] = run["theta"][2000, 1]
+    run["theta"][-300:] = run["theta"][-300]
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    frozen = np.flatnonzero(~log["theta"].valid)
+    assert frozen.tolist() == list(range(2000, 2501))
+    assert "it stands still for 0.25 s before: frozen, not used" in finding(log, "jump").text
+
+
+def test_single_damaged_torques_are_not_valid(tmp_path: Path) -> None:
+    """Of a step, as friction makes at a reversal, and of noise all samples are used."""
+    run, rng = motion(), np.random.default_rng(3)
+    run["tau_meas"][1500:, 0] += 50 * np.ptp(run["tau_meas"][:, 0])
+    run["tau_meas"][:, 1] += 0.1 * rng.standard_t(3, len(run["time"]))
+    run["tau_meas"][[300, 1700, 2900], 1] += [20.0, -20.0, 20.0]
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    assert np.flatnonzero(~log["tau_meas"].valid).tolist() == [300, 1700, 2900]
+    found = finding(log, "spike")
+    assert "tau_meas[2] has 3 spikes of a single sample, first at 0.15 s: not used" in found.text
