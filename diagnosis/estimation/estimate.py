@@ -205,7 +205,7 @@ def _even(model: Calibrated, q: Array) -> Noise:
     is more than noise, and has another spectrum."""
     left = np.maximum(axis_rms(model.blocks, model.residual(q)), np.finfo(float).tiny)
     n = model.base.n
-    return Noise(np.zeros((n, ORDER)), left, left, model.noise.repeats, np.ones((n, 2)))
+    return Noise(np.zeros((n, ORDER)), *(left,) * 3, model.noise.repeats, np.ones((n, 2)))
 
 
 def _levelled(model: Calibrated) -> tuple[Regression, float]:

@@ -26,14 +26,15 @@ passes; as white noise, it keeps whitening from trusting what is quieter than th
 class Noise:
     """v_k = sum_j a_j v_(k-j) + scale e_k on each axis, at the spacing of the rows.
 
-    a (n, ORDER), scale (n,) [N m]; rms (n,): of v; repeats: measured between passes, not
-    taken from the residual. slow (n, 2): standard deviations of a run's own offset and slope,
+    a (n, ORDER), scale (n,) [N m]; rms (n,): of v; flat (n,): the scale if it counts as white;
+    repeats: measured between passes, not taken from the residual. slow (n, 2): standard deviations of a run's own offset and slope,
     relative to what e_k alone makes of them: 1 or more, as torques wander from run to run.
     """
 
     a: Array
     scale: Array
     rms: Array
+    flat: Array
     repeats: bool
     slow: Array
 
@@ -41,7 +42,7 @@ class Noise:
     def even(n: int, scale: float) -> Noise:
         """White noise that is assumed, of the same scale [N m] on n axes."""
         size = np.full(n, scale)
-        return Noise(np.zeros((n, ORDER)), size, size, False, np.ones((n, 2)))
+        return Noise(np.zeros((n, ORDER)), *(size,) * 3, False, np.ones((n, 2)))
 
     @property
     def white(self) -> NDArray[np.bool_]:
@@ -55,7 +56,7 @@ def unweighted(noise: Noise, axes: NDArray[np.bool_]) -> Noise:
     Where what is slow is all noise, a torque that the model lacks weighs heavily if it is fast: the
     model follows it as far as it can, and away from what is slow.
     """
-    scale = np.where(axes & np.isfinite(noise.rms), noise.rms, noise.scale)
+    scale = np.where(axes & np.isfinite(noise.flat), noise.flat, noise.scale)
     slow = np.where(axes[:, None], 1.0, noise.slow)
     return replace(noise, a=np.where(axes[:, None], 0.0, noise.a), scale=scale, slow=slow)
 
@@ -101,7 +102,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         slow[i] = _slow(own, masks, a[i], scale[i])
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
-    return Noise(a, scale, rms, bool(neighbours), slow)
+    return Noise(a, scale, rms, np.hypot(rms, white), bool(neighbours), slow)
 
 
 def _apart(residual: Sequence[Array], masks: Sequence[Mask]) -> list[Array]:

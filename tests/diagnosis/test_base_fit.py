@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import torque_at
-from flexhex.diagnosis.runs.noise import INEXACT, line, measured
+from flexhex.diagnosis.runs.noise import INEXACT, line, measured, unweighted
 from flexhex.diagnosis.runs.rests import moving
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
@@ -91,6 +91,7 @@ def test_no_noise_is_quieter_than_the_model_is_good() -> None:
     block: Any = SimpleNamespace(run=run, usable=np.ones(2000, dtype=bool))
     noise = measured([block], [slow])
     assert noise.scale[0] > INEXACT
+    assert unweighted(noise, np.ones(1, dtype=bool)).scale[0] > INEXACT > noise.rms[0]
     assert abs(noise.a[0].sum()) < 0.3
 
 
