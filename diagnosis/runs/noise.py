@@ -27,8 +27,9 @@ class Noise:
     """v_k = sum_j a_j v_(k-j) + scale e_k on each axis, at the spacing of the rows.
 
     a (n, ORDER), scale (n,) [N m]; rms (n,): of v; flat (n,): the scale if it counts as white;
-    repeats: measured between passes, not taken from the residual. slow (n, 2): standard deviations of a run's own offset and slope,
-    relative to what e_k alone makes of them: 1 or more, as torques wander from run to run.
+    repeats: measured between passes, not taken from the residual. slow (n, 2): standard deviations
+    of a run's own offset and slope, relative to what e_k alone makes of them: 1 or more, as torques
+    wander from run to run.
     """
 
     a: Array

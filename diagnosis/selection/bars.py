@@ -58,7 +58,7 @@ def beyond_chance(
     again, effect = repeated(score, known), (score.hypothesis.id, score.hypothesis.axis)
     whole = any((k.hypothesis.id, k.hypothesis.axis) == effect for k in known)
     least = bars.again if again else bars.first
-    least += log(score.hypothesis.choices)
+    least = (least + log(score.hypothesis.choices)) * score.doubt
     if score.gain <= least:
         return False
     least, small = least + blurred(score, bars), 0.0 if whole else criteria.smallest_effect

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.doubt import doubt
 from flexhex.diagnosis.selection.evidence import (
     Tried,
     evidences,
@@ -39,7 +41,8 @@ class Score:
     relative to the model alone [nats]; size: relative RMS of its torque beyond what the model takes
     up; shape: place of the best one by all folds; still: places of gains that are zero there, as
     they may not be negative; spread: of each axis the share that it feels of that torque, as base
-    parameters carry it over, in squares beside the noise; empty beside the base model alone."""
+    parameters carry it over, in squares beside the noise; empty beside the base model alone; doubt:
+    how often rows say the same again of it, beside all that it leaves."""
 
     hypothesis: Hypothesis
     whole: float
@@ -48,6 +51,7 @@ class Score:
     shape: int = 0
     still: tuple[int, ...] = ()
     spread: tuple[float, ...] = ()
+    doubt: float = 1.0
 
     @property
     def order(self) -> float | None:
@@ -126,7 +130,9 @@ def _scored(
     size = size_of(moments, -taken_up, torque)
     still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
     spread = spread_of(moments, -taken_up, effect.axis, size) if moments.terms else ()
-    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still, spread)
+    white = {i: own @ gains for i, own in columns.white.items()}
+    often = doubt_of(moments, -taken_up, white)
+    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still, spread, often)
 
 
 def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
@@ -165,6 +171,19 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
         whole = moments.torque(i, step) + own
         sizes.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
     return max(sizes)
+
+
+def doubt_of(moments: Moments, step: Array, white: Mapping[int, Array]) -> float:
+    """How often rows say the same again of a whitened torque (R,) of some axes, for which the
+    coefficients of the model make a step (m,), beside what both leave."""
+    rows, q = moments.rows, moments.fit(None).q
+    cluster = rows.model.layout.cluster[rows.model.layout.rows(0)]
+    columns, left = list[Array](), list[Array]()
+    for i, own in white.items():
+        added = moments.white(i, step) + own
+        columns.append(added[:, None])
+        left.append(rows.white_y[i] - moments.white(i, q) - added)
+    return float(doubt(Design.of(columns), left, cluster)[0])
 
 
 def spread_of(moments: Moments, step: Array, axis: Axis, size: float) -> tuple[float, ...]:

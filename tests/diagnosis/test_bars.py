@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,7 +11,11 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.selection.bars import Bars, beyond_chance, blurred
+from flexhex.diagnosis.selection.choose import effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.test_selection import RMS, Array, bench_of
@@ -33,6 +38,34 @@ def test_errors_count_where_they_are_felt(
     axis: int, spread: tuple[float, ...], left: float
 ) -> None:
     assert blurred(score(1.0, axis, spread), BARS) == pytest.approx(left)
+
+
+@pytest.mark.parametrize(("doubt", "there"), [(1.0, True), (9.0, True), (11.0, False)])
+def test_rows_that_say_the_same_again_count_once(doubt: float, there: bool) -> None:
+    bars = Bars(5.0, 3.0)
+    assert beyond_chance(replace(score(50.0, 0), doubt=doubt), (), bars, USUAL) == there
+
+
+def test_doubt_of_an_effect_is_what_it_leaves(tmp_path: Path) -> None:
+    """Friction alone leaves noise; beside a torque that no effect has, rows repeat themselves."""
+
+    def friction(q: Array, v: Array, a: Array) -> Array:
+        return 0.1 * RMS * np.tanh(v / 0.01)
+
+    def more(q: Array, v: Array, a: Array) -> Array:
+        return friction(q, v, a) + 0.1 * RMS * np.sign(np.sin(40 * q)) * np.sin(7 * v)
+
+    doubts = []
+    for name, torque in (("plain", friction), ("more", more)):
+        (folder := tmp_path / name).mkdir()
+        bench = bench_of(folder, torque)
+        moments = Moments(Rows.of(bench.model))
+        hypotheses = Hypotheses(bench, moments.rows)
+        scores = effect_scores(moments, hypotheses, (), USUAL, [0])
+        (dry,) = [s for s in scores if s.hypothesis.id == "coulomb_friction"]
+        doubts.append(dry.doubt)
+    assert doubts[0] < 5
+    assert doubts[1] > 20 * doubts[0]
 
 
 @pytest.mark.parametrize(
