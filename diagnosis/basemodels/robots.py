@@ -53,7 +53,8 @@ class RobotBase(ColumnBase):
         q, v, a = configurations(self.robot, theta), self._sorted(thetad), self._sorted(thetadd)
         ten = 10 * self.n
         for k in range(len(theta)):
-            Y = self._pin.computeJointTorqueRegressor(model, data, q[k], v[k], a[k])
+            # of a single joint Pinocchio gives the row alone
+            Y = np.atleast_2d(self._pin.computeJointTorqueRegressor(model, data, q[k], v[k], a[k]))
             columns[k, :, :ten] = Y[self._pick]
         columns[:, :, ten:] = self._identity * thetadd[:, :, None]
         return columns

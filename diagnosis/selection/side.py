@@ -94,7 +94,7 @@ def selected(
     lost = [a for a in effects if a not in kept]
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
     kept, rests, told = _rests(bench, selection, remains, kept, (lost, why), criteria)
-    notes += [*told, *(rest.sentence() for rest in rests)]
+    notes += told
     # where nothing has a name, parameters only imitate what is left, if it is not small beside them
     left_over = sum(left.gain for left in remains.values())
     minor = left_over <= criteria.largest_rest**2 * selection.moved
@@ -128,6 +128,12 @@ def selected(
             notes.append("other parameters would fit, but the held-out runs become worse")
         else:
             break
+    # what was left beside effects that have no name now is all of it; of poor axes that is said
+    bare = {r.axis - 1 for r in rests if r.form} - {a.score.hypothesis.axis for a in kept}
+    anew = {axis: remains[axis] for axis in bare if axis not in poor}
+    rests = [r for r in rests if r.axis - 1 not in bare]
+    rests += _rests(bench, selection, anew, kept, ([], ""), criteria)[1]
+    notes += [rest.sentence() for rest in rests]
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
