@@ -79,6 +79,21 @@ def test_tree_of_sliding_and_turning_joints_has_the_torques_of_mujoco(tmp_path: 
     assert base.linear[10].name == "cart.m"
 
 
+def test_single_joint_has_the_torque_of_mujoco(tmp_path: Path) -> None:
+    """Also of a larger file: Pinocchio gives other shapes where one joint is left."""
+    file, moved = tmp_path / "tree.xml", motion(1)
+    file.write_text(TREE)
+    base = base_of(str(file), None, log(1), joints=("a",))
+    p = np.array([known.nominal for known in base.linear])
+    still = np.zeros((SAMPLES, 3))
+    given = Motion(
+        0.0, TS, *(still + v * [0, 1, 0] for v in (moved.theta, moved.thetad, moved.thetadd))
+    )
+    wanted = inverse(mujoco.MjModel.from_xml_string(TREE), given)[:, 1:2]
+    assert_close(base.rows(moved, SAMPLE) @ p, wanted, atol=1e-12)
+    assert_close(base.torque(moved, p), wanted, atol=1e-12)
+
+
 DISPLACED: dict[str, Callable[[mujoco.MjModel], None]] = {
     "link_3.y": lambda m: m.body_pos.__setitem__((3, 1), m.body_pos[3, 1] + TURN),
     "link_5.pitch": lambda m: m.body_quat.__setitem__(5, turned((0.0, TURN, 0.0))),
