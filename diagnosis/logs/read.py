@@ -11,6 +11,7 @@ from flexhex.diagnosis.kinds import ROTARY, Kinds
 from flexhex.diagnosis.logs.clock import Clock, clock_of
 from flexhex.diagnosis.logs.clocks import compared
 from flexhex.diagnosis.logs.delay import delays
+from flexhex.diagnosis.logs.held import fresh
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.rates import judged_rates
 from flexhex.diagnosis.logs.raw import Raw, Table, remedy, texts, without_absurd
@@ -153,7 +154,8 @@ def _channel(
         text = _converted(name, units, scale, kinds)
         findings.append(Finding("units", where, text, True))
     channel, more = filled(where, name, clock.channel(values))
-    findings += more
+    channel, held = fresh(where, name, channel)
+    findings += [*more, *held]
     torque = name in TORQUES or any(currents)
     called = "tau_meas" if any(currents) else name
     for sound in (jumps,) if name == "theta" else (spikes, clipped) if torque else ():

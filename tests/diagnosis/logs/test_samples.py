@@ -8,7 +8,7 @@ import numpy as np
 
 from flexhex.diagnosis.logs import read_log
 from tests.diagnosis.logs.test_faults import finding
-from tests.diagnosis.synthetic import motion, plain_csv
+from tests.diagnosis.synthetic import TS, motion, plain_csv
 
 
 def test_jump_of_an_angle_is_not_valid(tmp_path: Path) -> None:
@@ -41,3 +41,19 @@ def test_single_damaged_torques_are_not_valid(tmp_path: Path) -> None:
     assert np.flatnonzero(~log["tau_meas"].valid).tolist() == [300, 1700, 2900]
     found = finding(log, "spike")
     assert "tau_meas[2] has 3 spikes of a single sample, first at 0.15 s: not used" in found.text
+
+
+def test_values_that_a_logger_repeats_are_read_at_their_own_rate(tmp_path: Path) -> None:
+    """The drive is read every third sample, beginning with the third one; steps of an encoder come
+    as they come."""
+    run = motion()
+    once = run["theta"].copy()
+    run["theta"][2:] = np.repeat(once[2::3], 3, axis=0)[: len(once) - 2]
+    run["theta"][:2] = once[0]
+    run["tau_meas"] = np.round(run["tau_meas"], 2)
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    theta = log["theta"]
+    assert finding(log, "held").text == "theta changes every 3 samples alone: read at that rate"
+    np.testing.assert_allclose((theta.t0, theta.ts), (2 * TS, 3 * TS))
+    np.testing.assert_allclose(theta.values, once[2::3], atol=1e-9)
+    assert len(log["tau_meas"].values) == len(once)
