@@ -18,16 +18,14 @@ from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation import extras, friction
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.friction import Form
-from flexhex.diagnosis.estimation.identify import correlation_time
 from flexhex.diagnosis.estimation.machine_values import possible_values
+from flexhex.diagnosis.estimation.weights import even, first_weights, levelled
 from flexhex.diagnosis.jointfit.answer import axis_rms
-from flexhex.diagnosis.jointfit.fit import with_friction
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.prepare import fitted
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
 from flexhex.diagnosis.runs.blocks import JUDGED, LATEST, Run, blocks
-from flexhex.diagnosis.runs.noise import ORDER, Noise
 
 Array = NDArray[np.float64]
 ROUNDS, FORMED, LATER = 6, 2, 0.02
@@ -37,8 +35,6 @@ FINER = (1.5, 1.5, 1.25, 1.25, 1.1)
 """Factors by which the numbers of a form are tried beside the best of the grid."""
 APART = 0.5
 """Delay, in tolerances, beyond which none is tried too."""
-WEAK, LEVELS = 1e-4, 3
-"""Share of what is known of the parameters that counts at first; fits until it is as it should."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +88,7 @@ def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tup
     model, _, done = fitted(base, runs)
     listed = more.beside(friction.parameters(model.base, model.blocks)) + more.parameters(model)
     dry = _dry(model, listed)
-    model = about_known(model.base, model.blocks, model.fitted, _first(model))
+    model = about_known(model.base, model.blocks, model.fitted, first_weights(model))
     estimated = _settled(model, listed, dry, more)
     if dry and abs(model.fitted.delay) > APART * model.fitted.late:
         # a wrong form of friction may be what is late
@@ -139,7 +135,7 @@ def _settled(
         if turn < FORMED:
             forms = _formed(full, dry, forms)
             full = _beside(model, listed, forms, more)
-        regression, level = _levelled(full)
+        regression, level = levelled(full)
         fit = _Fit(full, regression, level, forms)
         late = next(i for i, k in enumerate(full.known) if k.group == "delay")
         most = LATEST * model.fitted.late
@@ -152,7 +148,7 @@ def _settled(
         settled = abs(moved.delay - model.fitted.delay) < LATER * model.fitted.late
         if settled and turn >= FORMED:
             break
-        model = about_known(model.base, model.blocks, moved, _even(full, regression.q))
+        model = about_known(model.base, model.blocks, moved, even(full, regression.q))
     return fit
 
 
@@ -201,52 +197,6 @@ def _formed(
             best = max((best, *best.near(factor)), key=fall)
         best_forms[axis] = best
     return tuple(best_forms)
-
-
-def _even(model: Calibrated, q: Array) -> Noise:
-    """Each axis weighted by the RMS that is left of it, all frequencies alike: what a model lacks
-    is more than noise, and has another spectrum."""
-    left = np.maximum(axis_rms(model.blocks, model.residual(q)), np.finfo(float).tiny)
-    n = model.base.n
-    return Noise(np.zeros((n, ORDER)), *(left,) * 3, model.noise.repeats, np.ones((n, 2)))
-
-
-def _first(model: Calibrated) -> Noise:
-    """The same of what the runs leave if next to nothing is known of the parameters: begun with the
-    file's values, an axis that these fit badly would have no say, and stay so."""
-    rubbed = with_friction(model)
-    return _even(rubbed, _weakly(rubbed.regression).q)
-
-
-def _levelled(model: Calibrated) -> tuple[Regression, float]:
-    """The regression with priors that count beside what is left of the rows, of which as many as
-    repeat each other count as one; and as well as these runs say that the parameters are known."""
-    known = model.regression.prior
-    regression, level = _weakly(model.regression), 1.0
-    for _ in range(LEVELS):
-        left = regression.residual.reshape(model.base.n, -1).T
-        level = max(1.0, float((left**2).mean()) * correlation_time(left))
-        times = level / _off(model, regression)
-        scaled = {k: float(times * v) for k, v in enumerate(known) if v > 0}
-        regression = model.regression.loosened(scaled)
-    return regression, level
-
-
-def _weakly(regression: Regression) -> Regression:
-    """The same with next to nothing known of the parameters."""
-    known = {k: WEAK * float(v) for k, v in enumerate(regression.prior) if v > 0}
-    return regression.loosened(known)
-
-
-def _off(model: Calibrated, regression: Regression) -> float:
-    """Mean square of the tolerances that the base parameters are off, of as many as the runs
-    determine (MacKay's effective number), 1 or more: of a wrong file little is known."""
-    known = model.regression.prior
-    own = np.flatnonzero(known[: len(model.base.linear)] > 0)
-    held = regression.prior[own] * np.diag(regression.covariance)[own]
-    determined = float((1.0 - np.clip(held, 0.0, 1.0)).sum())
-    strain = float((known[own] * regression.q[own] ** 2).sum())
-    return max(strain / max(determined, 1.0), 1.0)
 
 
 def _finished(fit: _Fit, more: Extras) -> Estimated:

@@ -16,7 +16,7 @@ import pytest
 from tests.gateway.bench import Bench, Process, Ran, drive, never_enabled
 from tests.gateway.test_signals import gets
 
-FIRST = 3555
+FIRST = 3590
 """Frame of any kind about which the bring-up is over and the process data begin."""
 FRAMES = (1, 5, 100, *range(400, FIRST, 450), *range(FIRST, FIRST + 45, 3), 4000)
 SHELL = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
