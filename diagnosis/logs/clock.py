@@ -176,7 +176,8 @@ def _even(
         k = int(np.argmax(np.where(normal, np.abs(steps - ts), 0)))
         raise LogError(
             f"{where}: time is not evenly spaced: {steps[k]:.6g} s after sample {k + 1},"
-            f" {ts:.6g} s elsewhere"
+            f" {ts:.6g} s elsewhere: interpolate all channels to even times if they were taken at"
+            " these, else give each sample the time of its cycle"
         )
     long = ~follows | (steps > LONGEST_FILL + ts)
     count = np.maximum(np.rint(steps / ts), 1).astype(np.int64)
