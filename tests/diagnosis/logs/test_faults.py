@@ -107,7 +107,7 @@ def test_jitter_is_reported_and_loses_no_sample(tmp_path: Path) -> None:
     assert "jitters by 5e-05 s" in finding(log, "jitter").text
     assert (len(log.theta), log.ts) == (4000, pytest.approx(TS, rel=1e-4))
     assert log["theta"].valid.all()
-    with pytest.raises(LogError, match="not evenly spaced: .* interpolate all channels"):
+    with pytest.raises(LogError, match=r"not evenly spaced: .* interpolate all channels"):
         read_log(with_time(tmp_path / "a.csv", lambda t: np.sort(t + 20 * noise)))
 
 
