@@ -8,6 +8,8 @@ import numpy as np
 
 from flexhex.diagnosis.logs.log import Channel, Finding
 
+MEASURED = ("theta", "thetad", "tau_meas", "current")
+"""Of these a value that stands still is one that was not read; commands are held."""
 MOST = 20
 """Largest number of samples for which a value is looked for that stands still."""
 REGULAR, EVENTS = 0.99, 100
@@ -19,7 +21,7 @@ def fresh(where: str, name: str, channel: Channel) -> tuple[Channel, list[Findin
     on, and their differences would be zeros and jumps."""
     moved = (np.diff(channel.values, axis=0) != 0).any(axis=1)
     at = 1 + np.flatnonzero(moved & channel.valid[1:] & channel.valid[:-1])
-    if len(at) < EVENTS or channel.breaks:
+    if name not in MEASURED or len(at) < EVENTS or channel.breaks:
         return channel, []
     for k in range(MOST, 1, -1):
         counts = np.bincount(at % k, minlength=k)

@@ -45,15 +45,16 @@ def test_single_damaged_torques_are_not_valid(tmp_path: Path) -> None:
 
 def test_values_that_a_logger_repeats_are_read_at_their_own_rate(tmp_path: Path) -> None:
     """The drive is read every third sample, beginning with the third one; steps of an encoder come
-    as they come."""
+    as they come, and a command is held by the drive."""
     run = motion()
     once = run["theta"].copy()
     run["theta"][2:] = np.repeat(once[2::3], 3, axis=0)[: len(once) - 2]
     run["theta"][:2] = once[0]
     run["tau_meas"] = np.round(run["tau_meas"], 2)
+    run["tau"] = np.repeat(run["tau_meas"][::2], 2, axis=0)
     log = read_log(plain_csv(tmp_path / "a.csv", run))
     theta = log["theta"]
     assert finding(log, "held").text == "theta changes every 3 samples alone: read at that rate"
     np.testing.assert_allclose((theta.t0, theta.ts), (2 * TS, 3 * TS))
     np.testing.assert_allclose(theta.values, once[2::3], atol=1e-9)
-    assert len(log["tau_meas"].values) == len(once)
+    assert [len(log[name].values) for name in ("tau_meas", "tau")] == [len(once)] * 2
