@@ -95,17 +95,15 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
 
 
 def with_friction(model: Calibrated) -> Calibrated:
-    """The same with dry and viscous friction of each axis beside the base model and, where runs
-    repeat, a constant torque. Without repeats the noise is taken from the residual itself, and a
-    constant torque made the weights that follow from it worse (docs/method.md)."""
+    """The same with dry and viscous friction of each axis and a constant torque beside the base
+    model."""
     n, columns = model.base.n, friction(model.blocks)
     kinds = ["dry", "viscous", "constant"]
     more = [
         Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i) for kind in kinds for i in range(n)
     ]
     torque = np.maximum(np.tile(model.torque_rms, len(kinds)), np.finfo(float).tiny)
-    listed = zip(model.B, columns, strict=True)
-    B = [beside_of(b, c[:, :, : len(torque)] * torque) for b, c in listed]
+    B = [beside_of(b, c * torque) for b, c in zip(model.B, columns, strict=True)]
     scale = np.concatenate([model.scale, np.ones(len(more))])
     return replace(model, known=(*model.known, *more), scale=scale, B=tuple(B))
 
