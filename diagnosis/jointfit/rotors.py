@@ -43,7 +43,8 @@ def rotor_changes(
     changes, count = list[Array](), len(model.fitted.p)
     for axis in dict.fromkeys(geared.values()):
         place = model.base.rotors[axis]
-        column = regression.covariance[:count, place]
+        wider = np.sqrt(regression.doubt[:count] * regression.doubt[place])
+        column = wider * regression.covariance[:count, place]
         move = model.scale[:count] * column / np.sqrt(max(column[place], np.finfo(float).tiny))
         changes.append((torque(move) - torque(-move)) / 2)
     return np.column_stack(changes)
