@@ -119,7 +119,9 @@ def outgrown(model: Calibrated, again: Calibrated, usual: float) -> Smoother | N
     for place in unknown_inertias(model.base):
         known = model.base.linear[place]
         before, after = (m.fitted.p[place] for m in (model, again))
-        deviation = again.scale[place] * float(np.sqrt(again.regression.covariance[place, place]))
+        rows = again.regression
+        variance = rows.doubt[place] * rows.covariance[place, place]
+        deviation = again.scale[place] * float(np.sqrt(variance))
         if after > GROWS * max(before, 0.0) and after - before > SURELY * deviation:
             window = again.base.window
             name = f"{known.group} of axis {(known.axis or 0) + 1}"
