@@ -19,9 +19,13 @@ REGULAR, EVENTS = 0.99, 100
 def fresh(where: str, name: str, channel: Channel) -> tuple[Channel, list[Finding]]:
     """Of values that change every k-th sample alone those that are new: between them the axis moves
     on, and their differences would be zeros and jumps."""
-    moved = (np.diff(channel.values, axis=0) != 0).any(axis=1)
+    if name not in MEASURED or channel.breaks:
+        return channel, []
+    moved = np.zeros(len(channel.values) - 1, dtype=bool)
+    for column in channel.values.T:  # one axis at a time: long logs are large
+        moved |= column[1:] != column[:-1]
     at = 1 + np.flatnonzero(moved & channel.valid[1:] & channel.valid[:-1])
-    if name not in MEASURED or len(at) < EVENTS or channel.breaks:
+    if len(at) < EVENTS:
         return channel, []
     for k in range(MOST, 1, -1):
         counts = np.bincount(at % k, minlength=k)

@@ -96,9 +96,9 @@ def jumps(where: str, name: str, channel: Channel) -> tuple[Channel, list[Findin
         if 0 < len(at) <= MOST_JUMPS * len(column):
             valid = valid.copy()
             valid[at] = valid[at + 1] = False
-            for jump in at:
-                moving = np.flatnonzero(moved[:jump] > 0)
-                begin = int(moving[-1]) + 1 if len(moving) else 0
+            moving = np.append(-1, np.flatnonzero(moved > 0))
+            for jump, last in zip(at, np.searchsorted(moving, at) - 1, strict=True):
+                begin = int(moving[last]) + 1
                 valid[begin:jump] = False
                 still += int(jump) + 1 - begin if begin < jump else 0
             count, first = count + len(at), min(first, int(at[0]))
@@ -118,10 +118,9 @@ def spikes(where: str, name: str, channel: Channel) -> tuple[Channel, list[Findi
     for axis, column in enumerate(channel.values.T):
         steps = np.where(channel.valid[1:] & channel.valid[:-1], np.diff(column), 0.0)
         limit = JUMP * float(np.quantile(np.abs(steps[::7]), ALONE))
-        there = (steps[:-1] * steps[1:] < 0) & (
-            np.minimum(*np.abs([steps[:-1], steps[1:]])) > limit
-        )
-        at = 1 + np.flatnonzero(there)
+        large = np.abs(steps) > limit
+        first = np.flatnonzero(large[:-1] & large[1:])
+        at = 1 + first[steps[first] * steps[first + 1] < 0]
         if limit > 0 and 0 < len(at) <= MOST_SPIKES * len(column):
             valid = valid.copy()
             valid[at] = False

@@ -125,12 +125,12 @@ def _scored(
     columns = hypotheses.columns(effect, effect.shapes[shape])
     torque = {i: own @ gains for i, own in columns.raw.items()}
     rows = moments.rows
-    cross = moments.pulled({i: rows.across(own @ gains) for i, own in columns.white.items()})
+    white = {i: own @ gains for i, own in columns.white.items()}
+    cross = moments.pulled({i: rows.across(own) for i, own in white.items()})
     taken_up = moments.fit(None).solve(cross)
     size = size_of(moments, -taken_up, torque)
     still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
     spread = spread_of(moments, -taken_up, effect.axis, size) if moments.terms else ()
-    white = {i: own @ gains for i, own in columns.white.items()}
     often = doubt_of(moments, -taken_up, white)
     return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still, spread, often)
 

@@ -61,33 +61,24 @@ def validated(
     rounds: Sequence[Sequence[Score]],
 ) -> list[Accepted]:
     """Effects that explain on held-out runs, too, what they explain on the others, each beside
-    those that did before it; those that did not are asked again beside all that did, as long as
-    this makes more of them. What is found on an only trajectory, or where nothing is run twice, may
-    be something else: noise of the angles, for one. Then the next best effect of its axis and of
-    its round takes its place, if it explains these."""
+    those that were accepted before it. What is found on an only trajectory, or where nothing is run
+    twice, may be something else: noise of the angles, for one. Then the next best effect of its
+    axis and of its round takes its place, if it explains these."""
     if others is None:
         return []
     least, kept = criteria.smallest_effect * bench.model.torque_rms, list[Accepted]()
     own = axis_rms(bench.model.blocks, joint(bench, ()).residual)
     left = axis_rms(others.blocks, others.beside((), ()))
-    waiting, before = list(accepted), -1
-    while len(waiting) != before:
-        asked, before, waiting = waiting, len(waiting), []
-        for each in asked:
-            for option in options(each, rounds, criteria):
-                axis, fit = (
-                    option.score.hypothesis.axis,
-                    joint(bench, grouped(bench, [*kept, option])),
-                )
-                there = axis_rms(bench.model.blocks, fit.residual)
-                now = axis_rms(others.blocks, others.beside(fit.parts, fit.beta))
-                known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
-                better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
-                if better.any() if axis is None else better[axis]:
-                    kept, own, left = [*kept, option], there, now
-                    break
-            else:
-                waiting.append(each)
+    for each in accepted:
+        for option in options(each, rounds, criteria):
+            fit, axis = joint(bench, grouped(bench, [*kept, option])), option.score.hypothesis.axis
+            there = axis_rms(bench.model.blocks, fit.residual)
+            now = axis_rms(others.blocks, others.beside(fit.parts, fit.beta))
+            known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
+            better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
+            if better.any() if axis is None else better[axis]:
+                kept, own, left = [*kept, option], there, now
+                break
     return kept
 
 
