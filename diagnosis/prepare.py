@@ -18,6 +18,7 @@ from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.window import Smoother, longer_windows, outgrown, smoother
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
@@ -146,7 +147,9 @@ def misfit(model: Calibrated) -> str:
     """Why the runs are not those of the base model's machine, or nothing."""
     if not model.base.complete:
         return ""
-    poor = poor_axes(model, model.residual(model.regression.q))
+    # of a file that is merely wrong by many tolerances the form may still be right
+    free, _ = freely(model.regression, len(model.base.linear))
+    poor = poor_axes(model, model.residual(free.q))
     if poor:
         axes = ", ".join(str(i + 1) for i in poor)
         return (

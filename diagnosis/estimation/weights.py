@@ -9,6 +9,7 @@ from flexhex.diagnosis.estimation.identify import correlation_time
 from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.jointfit.fit import with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.level import off
 from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.noise import ORDER, Noise
 
@@ -40,7 +41,7 @@ def levelled(model: Calibrated) -> tuple[Regression, float]:
     for _ in range(LEVELS):
         left = regression.residual.reshape(model.base.n, -1).T
         level = max(1.0, float((left**2).mean()) * correlation_time(left))
-        times = level / _off(model, regression)
+        times = level / off(regression, known[: len(model.base.linear)])
         scaled = {k: float(times * v) for k, v in enumerate(known) if v > 0}
         regression = model.regression.loosened(scaled)
     return regression, level
@@ -50,14 +51,3 @@ def _weakly(regression: Regression) -> Regression:
     """The same with next to nothing known of the parameters."""
     known = {k: WEAK * float(v) for k, v in enumerate(regression.prior) if v > 0}
     return regression.loosened(known)
-
-
-def _off(model: Calibrated, regression: Regression) -> float:
-    """Mean square of the tolerances that the base parameters are off, of as many as the runs
-    determine (MacKay's effective number), 1 or more: of a wrong file little is known."""
-    known = model.regression.prior
-    own = np.flatnonzero(known[: len(model.base.linear)] > 0)
-    held = regression.prior[own] * np.diag(regression.covariance)[own]
-    determined = float((1.0 - np.clip(held, 0.0, 1.0)).sum())
-    strain = float((known[own] * regression.q[own] ** 2).sum())
-    return max(strain / max(determined, 1.0), 1.0)

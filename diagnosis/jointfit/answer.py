@@ -58,11 +58,15 @@ class Joint:
         return [p.axis for p in self.parts if p.axis is not None and effects[p.id].effect.geared]
 
     @cached_property
+    def fitted(self) -> Regression:
+        """All rows, base columns and effects beside each other."""
+        fitted = self.bench.model.regression.loosened(self.freed)
+        return fitted.extended([part.columns for part in self.parts]) if self.parts else fitted
+
+    @cached_property
     def covariance(self) -> Array:
         """Of q (nb, nb)."""
-        fitted = self.bench.model.regression.loosened(self.freed)
-        if self.parts:
-            fitted = fitted.extended([part.columns for part in self.parts])
+        fitted = self.fitted
         level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
         count = len(self.q)
         wider = np.sqrt(np.maximum(fitted.doubt[:count], level))

@@ -45,12 +45,14 @@ class Elsewhere:
                     left[k][:, part.axis or 0] -= torque
         return left
 
-    def beside(self, parts: Sequence[Part], beta: Sequence[Array]) -> list[Array]:
-        """The same with the base model fitted anew to what effects leave: how well they do, however
-        well its own parameters were seen in the first runs."""
-        left = self.residual(parts, beta, np.zeros(len(self.there.known)))
-        anew = replace(self.there, y=tuple(left))
-        return anew.residual(anew.regression.q)
+    def updated(self, fit: Joint) -> list[Array]:
+        """What a fit leaves there if its base parameters learn from these runs, too, beside what it
+        knows of them: how well its effects do, however well the first runs show these."""
+        left = self.residual(fit.parts, fit.beta, fit.q)
+        there, count = replace(self.there, y=tuple(left)), len(fit.q)
+        known = np.linalg.inv(fit.fitted.covariance[:count, :count])
+        G, b = there.regression.gram
+        return there.residual(np.asarray(np.linalg.solve(G + known, b)))
 
 
 def elsewhere(bench: Bench, blocks: Sequence[Block], drift: Joint | None) -> Elsewhere:

@@ -15,6 +15,7 @@ from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.design import beside_of
+from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
 from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
@@ -72,12 +73,13 @@ def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Cali
         if not more.any():
             break
         misled |= more
-    rubbed = _weighted(first, unweighted(noise, misled), given, rubbed.doubted(left).doubt)
-    left = rubbed.residual(rubbed.regression.q)
+    rubbed = _weighted(first, unweighted(noise, misled), given, rubbed.doubted(left))
+    free, off = freely(rubbed.regression, len(base.linear))
+    left = rubbed.residual(free.q)
     agreed = abs(rubbed.fitted.delay) <= late or axes_agree(rubbed)
     noise = unweighted(measured(blocks, left), misled)
     model = about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
-    return model.doubted(left), agreed
+    return replace(model, off=off).doubted(left), agreed
 
 
 def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
@@ -86,12 +88,12 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     now = about_known(model.base, blocks, model.fitted, model.noise, (), model.errors)
     rubbed = with_friction(now)
     left = rubbed.residual(rubbed.regression.q)
-    rubbed = replace(rubbed, doubt=rubbed.doubted(left).doubt)
+    rubbed = rubbed.doubted(left)
     q = rubbed.regression.q
     left = rubbed.residual(q)
     noise = unweighted(measured(blocks, left), model.noise.white)
     again = about_known(model.base, blocks, _moved(rubbed, q), noise, (), model.errors)
-    return again.doubted(left)
+    return replace(again, off=model.off).doubted(left)
 
 
 def with_friction(model: Calibrated) -> Calibrated:
@@ -169,14 +171,14 @@ def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array
 
 
 def _weighted(
-    model: Calibrated, noise: Noise, given: Sequence[Array], doubt: Array | None = None
+    model: Calibrated, noise: Noise, given: Sequence[Array], sure: Calibrated | None = None
 ) -> Calibrated:
     """The base model and friction fitted from its values on, in `STEPS` steps."""
     fitted, errors = model.fitted, model.errors
 
     def at(values: Fitted) -> Calibrated:
         there = with_friction(about(model.base, model.blocks, values, noise, (), given, errors))
-        return there if doubt is None else replace(there, doubt=doubt)
+        return there if sure is None else there.as_sure(sure)
 
     for _ in range(STEPS):
         there = at(fitted)
@@ -195,7 +197,7 @@ def beside(fit: Joint) -> Calibrated:
         fitted = _moved(model, fit.q, STRIDE)
         model.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
-        model = replace(now, doubt=model.doubt)
+        model = now.as_sure(model)
         fit = again(fit, Bench(model, list(fit.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break

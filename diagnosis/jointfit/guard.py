@@ -68,7 +68,7 @@ def without_delay(fit: Joint, deviations: float, least: float) -> Calibrated | N
         return None
     fitted = replace(model.fitted, delay=0.0, late=HELD * model.fitted.late)
     held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
-    held = replace(held, doubt=model.doubt)
+    held = held.as_sure(model)
     alone = again(fit, Bench(held, list(fit.bench.effects.values())))
     after, before = (np.maximum(_repeating(f), least * model.torque_rms) for f in (fit, alone))
     return None if np.prod((after / before) ** 2) < EXPLAINED else held

@@ -53,7 +53,8 @@ class Calibrated:
     is a tolerance of `known`. errors: columns (m, n, k) of each block of errors of
     the geometry, which hardly change with the fit. between: what is asked for repeats; else it
     changes from pass to pass. loads: payloads of the runs. doubt (nb,): how many times less sure
-    of each parameter the rows are than noise makes them; none: once.
+    of each parameter the rows are than noise makes them; none: once. off: mean square of the
+    deviations from the machine file, in tolerances, that a fit beside friction finds, 1 or more.
     """
 
     base: Base
@@ -68,6 +69,7 @@ class Calibrated:
     between: bool = True
     loads: tuple[Load, ...] = ()
     doubt: Array = field(default_factory=lambda: np.ones(0))
+    off: float = 1.0
 
     @cached_property
     def kept(self) -> list[NDArray[np.bool_]]:
@@ -165,6 +167,10 @@ class Calibrated:
         white = np.split(self._whole(residual), self.base.n)
         cluster = self.layout.cluster[self.layout.rows(0)]
         return replace(self, doubt=doubt(self._white_B, white, cluster))
+
+    def as_sure(self, other: Calibrated) -> Calibrated:
+        """The same, as sure of its parameters as another of the same runs."""
+        return replace(self, doubt=other.doubt, off=other.off)
 
     def _whole(self, values: Sequence[Array]) -> Array:
         """Whitened rows (R,) of values (m, n) in each block, axis by axis."""

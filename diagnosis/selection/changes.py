@@ -27,17 +27,19 @@ def change_scores(
     lefts, scores = [None, *moments.rows.folds], list[Score]()
     alone = {left: _parameters_alone(moments, left) for left in lefts}
     for listed in alike.values():
-        priors = np.array([change.deviation(criteria) ** -2.0 for change in listed])
-        total, gains = dict[Left, Array](), np.zeros(0)
+        priors = np.array([[change.deviation(criteria) ** -2.0] for change in listed])
+        total, gains, often = dict[Left, Array](), np.zeros(0), np.ones((len(listed), 1))
         for left, (S, r) in alone.items():
             own = [(S[np.ix_(c.places, c.places)], r[list(c.places)], c.ways) for c in listed]
-            often = np.array([moments.rows.often(c.places) for c in listed])[:, None]
-            squares = np.array([W.T @ of @ W for of, _, W in own]) / often[:, :, None]
-            right = np.array([W.T @ b for _, b, W in own]) / often
+            squares = np.array([W.T @ of @ W for of, _, W in own])
+            right = np.array([W.T @ b for _, b, W in own])
             values, turned, vectors = turned_to(squares, right)
-            total[left] = log_evidence(values, turned, priors[:, None])
             if left is None:
-                gains = (vectors @ (turned / (values + priors[:, None]))[:, :, None])[:, :, 0]
+                moves = (vectors @ (turned / (values + priors))[:, :, None])[:, :, 0]
+                pairs = zip(listed, moves, strict=True)
+                often = np.array([[moments.rows.often(c.places, c.ways @ g)] for c, g in pairs])
+                gains = (vectors @ (turned / (values + often * priors))[:, :, None])[:, :, 0]
+            total[left] = log_evidence(values / often, turned / often, priors)
         for k, change in enumerate(listed):
             if change.possible(gains[k]):
                 without = np.array([total[fold][k] for fold in moments.rows.folds])

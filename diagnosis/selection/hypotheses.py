@@ -19,6 +19,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
     HeavierBody,
     NamelessHypothesis,
+    WrongFile,
     nameless,
 )
 from flexhex.diagnosis.selection.keep import Keep
@@ -218,7 +219,14 @@ class Hypotheses:
                 if known.group not in (known.name, owner):
                     bodies.setdefault(known.group, []).append(place)
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
-        return [*single, *whole, *self._heavier(bodies)]
+        return [*single, *whole, *self._heavier(bodies), *self._wrong_file(single)]
+
+    def _wrong_file(self, single: Sequence[ChangedParameter]) -> Iterator[WrongFile]:
+        """All of them, if a fit finds them off by more than is allowed for."""
+        model = self.rows.model
+        places = tuple(p for one in single for p in one.places if p < len(model.base.linear))
+        if len(places) > 1 and model.off > 1.0:
+            yield WrongFile("machine file", places, None, times=model.off**0.5)
 
     def _heavier(self, bodies: Mapping[str, Sequence[int]]) -> Iterator[HeavierBody]:
         """Masses and rotors, with the moments that go with them."""

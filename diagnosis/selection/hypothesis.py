@@ -208,6 +208,18 @@ class HeavierBody(ChangedParameter):
 
 
 @dataclass(frozen=True, eq=False)
+class WrongFile(ChangedParameter):
+    """All values of the machine file off by more than their tolerances; times: by so many, as a
+    standard deviation."""
+
+    times: float = 1.0
+
+    def deviation(self, criteria: Criteria) -> float:
+        """As far as a fit finds them off."""
+        return self.times
+
+
+@dataclass(frozen=True, eq=False)
 class Payload:
     """A payload that some runs carried; bench: of the base model with its columns; choices: ways to
     part the runs."""

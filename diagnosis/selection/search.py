@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, reduce
-from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
     Hypothesis,
+    Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
@@ -38,7 +38,6 @@ from flexhex.diagnosis.selection.scores import (
     Score,
     blended_term,
     effect_term,
-    generic_score,
     with_shape,
 )
 
@@ -49,7 +48,8 @@ Array = NDArray[np.float64]
 class Search:
     """The model as far as it was found. terms: of each accepted effect, its columns and those of
     the error of its form, none of a parameter; answered: feedback's answer to noise; scores: of
-    each axis, of those that are stale beside a model before."""
+    each axis, of those that are stale beside a model before; longer: a model, a hypothesis, and the
+    model with this and its terms."""
 
     hypotheses: Hypotheses
     criteria: Criteria
@@ -58,6 +58,7 @@ class Search:
     answered: tuple[Term, ...] = ()
     scores: dict[Axis, list[Score]] = field(default_factory=dict)
     stale: set[Axis] = field(default_factory=set)
+    longer: tuple[Moments, Score, Moments, tuple[Term, ...]] | None = None
 
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
@@ -136,14 +137,34 @@ class Search:
 
         bars = self._bars()
         least = unrepeated(self.moments.without(*self.answered), self.known())
-        return chosen(least, self.known(), scores, bars, number, self.criteria, plainly)
+        while True:
+            accepted = chosen(least, self.known(), scores, bars, number, self.criteria, plainly)
+            if accepted is None or self._determined(accepted.score):
+                return accepted
+            scores = [score for score in scores if score is not accepted.score]
+
+    def _determined(self, score: Score) -> bool:
+        """Whether the runs, not noise alone, determine a model with it, if they do without."""
+        if isinstance(score.hypothesis, Payload) or not self.moments.fit(None).sure:
+            return True
+        self.longer = self.moments, score, *self._with(score)
+        return self.longer[2].fit(None).sure
+
+    def _with(self, score: Score, *terms: Term) -> tuple[Moments, tuple[Term, ...]]:
+        """The model with a hypothesis; terms: of the same effect before, whose products with others
+        are known."""
+        hypothesis = score.hypothesis
+        if isinstance(hypothesis, ChangedParameter):
+            return self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0), ()
+        terms = terms or self._terms(score)
+        return reduce(Moments.extended, terms, self.moments), terms
 
     def _bars(self) -> Bars:
         """With what errors in the form of accepted effects may have left. Effects of an axis may
         share what they gain: of these it is the gain of all together."""
         blur = dict[Axis, float]()
         for axis in {score.hypothesis.axis for score in self.known()}:
-            own = self._own(axis)
+            own = self.own(axis)
             scores = [a.score for a in self.accepted if a.score.hypothesis.axis == axis]
             left = sum(form_error(s, self.criteria) ** 2 * s.gain for s in scores)
             alone = sum(score.gain for score, _ in own)
@@ -154,7 +175,7 @@ class Search:
             blur[axis] = left
         return replace(self.bars, blur=blur)
 
-    def _own(self, axis: Axis) -> list[tuple[Score, tuple[Term, ...]]]:
+    def own(self, axis: Axis) -> list[tuple[Score, tuple[Term, ...]]]:
         """Effects that were accepted on an axis."""
         pairs = zip(self.accepted, self.terms, strict=True)
         return [(a.score, t) for a, t in pairs if t and a.score.hypothesis.axis == axis]
@@ -171,14 +192,11 @@ class Search:
     def accept(self, accepted: Accepted, place: int | None = None, *terms: Term) -> None:
         """Put a hypothesis into the model, at a place of the list or at its end; terms: of the same
         effect before, whose products with others are known."""
-        hypothesis = accepted.score.hypothesis
-        if isinstance(hypothesis, ChangedParameter):
-            self.moments = self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0)
+        if self.longer and self.longer[:2] == (self.moments, accepted.score):
+            self.moments, terms = self.longer[2:]
         else:
-            terms = terms or self._terms(accepted.score)
-            for term in terms:
-                self.moments = self.moments.extended(term)
-        self.stale = self._against(None)
+            self.moments, terms = self._with(accepted.score, *terms)
+        self.longer, self.stale = None, self._against(None)
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, accepted)
         self.terms.insert(place, terms)
@@ -219,22 +237,6 @@ class Search:
             return True
         gain = together(self.moments, terms)
         return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
-
-    def nameless(self, axis: int) -> tuple[Score, Score | None]:
-        """Something without a name on an axis beside all that was accepted, and in the place of all
-        effects that were accepted there, if it predicts better than these do with the errors of
-        their form and with the former beside them: then they only imitate it."""
-        listed = self.hypotheses.generic(axis)
-        beside, own = generic_score(self.moments, listed), self._own(axis)
-        if not own:
-            return beside, None
-        terms = [term for _, both in own for term in both]
-        rest = self.moments.without(*terms)
-        other = generic_score(rest, listed)
-        gain = together(self.moments, terms) + max(beside.gain, 0.0)
-        gain -= sum(log(score.hypothesis.choices) for score, _ in own)
-        error = max(form_error(score, self.criteria) for score, _ in own)
-        return beside, None if as_good(gain, other.gain, error, self.criteria) else other
 
     def _anew(self, place: int) -> None:
         before, terms = self.accepted.pop(place), self.terms.pop(place)

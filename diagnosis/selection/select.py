@@ -10,18 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import log
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.selection.bars import bars_of, passes
-from flexhex.diagnosis.selection.choose import Accepted, one_cause
+from flexhex.diagnosis.selection.bars import bars_of, form_error, passes
+from flexhex.diagnosis.selection.choose import Accepted, as_good, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody, Payload
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.scores import Score, generic_score
 from flexhex.diagnosis.selection.search import Search
 
 Say = Callable[[str], None]
@@ -83,14 +85,14 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search.revise(accepted.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
-    known = [(s.hypothesis, s.gain) for s in search.known()]
-    changes = [
-        gain * moments.rows.often(own.places)
-        for own, gain in known
-        if isinstance(own, ChangedParameter)
+    q = moments.fit(None).q
+    moved = [
+        s.gain * moments.rows.often(s.hypothesis.places, q[list(s.hypothesis.places)])
+        for s in search.known()
+        if isinstance(s.hypothesis, ChangedParameter)
     ]
     hypotheses.forget()
-    nameless = [search.nameless(axis) for axis in axes]
+    nameless = [_nameless(search, axis) for axis in axes]
     return Selection(
         tuple(one_cause(search.judged())),
         explained(hypotheses.moments, moments, criteria),
@@ -101,8 +103,25 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         rest_of(moments),
         tuple(rounds),
         bench,
-        moved_gain(moments) + sum(changes),
+        moved_gain(moments) + sum(moved),
     )
+
+
+def _nameless(search: Search, axis: int) -> tuple[Score, Score | None]:
+    """Something without a name on an axis beside all that was accepted, and in the place of all
+    effects that were accepted there, if it predicts better than these do with the errors of their
+    form and with the former beside them: then they only imitate it."""
+    moments, criteria = search.moments, search.criteria
+    listed, own = search.hypotheses.generic(axis), search.own(axis)
+    beside = generic_score(moments, listed)
+    if not own:
+        return beside, None
+    terms = [term for _, both in own for term in both]
+    other = generic_score(moments.without(*terms), listed)
+    gain = together(moments, terms) + max(beside.gain, 0.0)
+    gain -= sum(log(score.hypothesis.choices) for score, _ in own)
+    error = max(form_error(score, criteria) for score, _ in own)
+    return beside, None if as_good(gain, other.gain, error, criteria) else other
 
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:

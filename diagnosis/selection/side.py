@@ -32,7 +32,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.validated import better, refuted, validated
+from flexhex.diagnosis.selection.validated import Predicted, better, refuted, validated
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -84,12 +84,18 @@ def selected(
     selection = select(bench, criteria, say)
     bench, notes = selection.bench, list[str]()
     model = bench.model
+    moved = [
+        a.score.hypothesis.places
+        for a in selection.accepted
+        if isinstance(a.score.hypothesis, ChangedParameter)
+    ]
     effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    kept, others, why = effects, None, ""
+    others, why = None, ""
+    kept, freed = effects, {place: criteria.loose**-2.0 for body in moved for place in body}
     if judged:
         others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
     if not selection.arbitrated or (judged and not model.noise.repeats):
-        kept = validated(bench, effects, others, criteria, selection.rounds)
+        kept = validated(bench, effects, others, criteria, selection.rounds, freed)
         why = REFUTED if selection.arbitrated or kept else UNCONFIRMED
     lost = [a for a in effects if a not in kept]
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
@@ -98,12 +104,8 @@ def selected(
     # where nothing has a name, parameters only imitate what is left, if it is not small beside them
     left_over = sum(left.gain for left in remains.values())
     minor = left_over <= criteria.largest_rest**2 * selection.moved
-    bodies = [
-        a.score.hypothesis.places
-        for a in selection.accepted
-        if isinstance(a.score.hypothesis, ChangedParameter) and (kept or minor)
-    ]
-    freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
+    bodies = moved if kept or minor else []
+    freed = freed if bodies else {}
     listed = [score for scores in selection.rounds for score in scores]
     kept, fit = firm(bench, kept, criteria, freed, listed)
     poor = poor_axes(model, fit.residual)
@@ -113,11 +115,11 @@ def selected(
         notes.append(sentence(poor))
     while others is not None and (kept or freed):
         worse, whole = refuted(fit, others)
-        wrong = [a for a in kept if a.score.hypothesis.axis in worse]
-        less = [a for a in kept if a not in wrong]
-        fewer, without = firm(bench, less, criteria, freed, listed) if wrong else (kept, fit)
-        if wrong and not better(fit, without, others):
-            kept, fit = fewer, without
+        there = [a for a in kept if a.score.hypothesis.axis in worse]
+        seen = Predicted(bench, others, criteria, freed)
+        wrong = [a for a in there if seen.margin(a, [b for b in kept if b is not a]) <= 0]
+        if wrong:
+            kept, fit = firm(bench, [a for a in kept if a not in wrong], criteria, freed, listed)
             names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
             notes.append(f"{names} would fit, but the held-out runs become worse")
         elif freed:

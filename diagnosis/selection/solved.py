@@ -16,11 +16,13 @@ and where noise made products between passes negative."""
 
 @dataclass(frozen=True)
 class Solved:
-    """A fit: coefficients q (m,); factor R and sizes s (m,) of G + prior = s R' R s."""
+    """A fit: coefficients q (m,); factor R and sizes s (m,) of G + prior = s R' R s; sure: no
+    direction has products between passes that only noise can make."""
 
     q: Array
     factor: Array
     size: Array
+    sure: bool
 
     def solve(self, right: Array) -> Array:
         """(G + prior)^-1 right, right (m,) or (m, k)."""
@@ -38,16 +40,18 @@ class Solved:
         return np.asarray(half.T @ half)
 
 
-def factor_of(G: Array, prior: Array) -> tuple[Array, Array]:
-    """Factor and sizes of G + prior; directions that nothing determines stay where they are."""
+def factor_of(G: Array, prior: Array) -> tuple[Array, Array, bool]:
+    """Factor and sizes of G + prior, and whether it is sure; directions that nothing determines
+    stay where they are."""
     own = np.abs(np.diag(G) + prior)
     size = np.sqrt(np.where(own > 0, own, 1.0))
     scaled = (G + np.diag(prior)) / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += FIRM
     try:
         factor, _ = cho_factor(scaled)
+        return factor, size, True
     except LinAlgError:
         # products between passes of what hardly repeats may be negative
         values, vectors = np.linalg.eigh(scaled)
         factor, _ = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
-    return factor, size
+        return factor, size, False

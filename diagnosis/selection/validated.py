@@ -3,7 +3,7 @@ once), and where they speak against what the others say."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import WORSE
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted, simplest
@@ -24,33 +25,37 @@ Array = NDArray[np.float64]
 
 def refuted(fit: Joint, others: Elsewhere | None) -> tuple[list[int], bool]:
     """Axes (from 0) of which a fit leaves more on held-out runs than the base model's own does, and
-    whether it does of all together."""
+    whether it does of all together, noise apart."""
     if others is None:
         return [], False
-    before, after = _left_of_base(fit, others), _left(fit, others)
+    own, now = _left_of_base(fit, others), _left(fit, others)
+    before, after = (axis_rms(others.blocks, left) for left in (own, now))
     worse = [int(i) for i in np.flatnonzero(after > WORSE * before)]
-    return worse, bool(np.linalg.norm(after) > WORSE * np.linalg.norm(before))
+    return worse, _all(fit, others, now) > WORSE * _all(fit, others, own)
 
 
 def better(fit: Joint, without: Joint, others: Elsewhere, times: float = 1.0) -> bool:
     """Whether a fit leaves less of the held-out runs, on all axes together, than so many times what
-    one without some of its effects or parameters does: base parameters that an effect no longer
-    bends may help other axes; that their tolerances do not hold them hardly shows there."""
-    left, most = (float(np.linalg.norm(_left(one, others))) for one in (fit, without))
+    one without some of its parameters does: that their tolerances do not hold them hardly shows
+    there."""
+    left, most = (_all(one, others, _left(one, others)) for one in (fit, without))
     return left < times * most
 
 
-def _left(fit: Joint, others: Elsewhere) -> Array:
-    """What a fit leaves on held-out runs, RMS (n,) relative to the torque of the others."""
-    left = axis_rms(others.blocks, others.residual(fit.parts, fit.beta, fit.q))
-    return np.asarray(left / fit.bench.model.torque_rms)
+def _left(fit: Joint, others: Elsewhere) -> list[Array]:
+    """What a fit leaves on held-out runs (m, n) [N m] of each block."""
+    return others.residual(fit.parts, fit.beta, fit.q)
 
 
-def _left_of_base(fit: Joint, others: Elsewhere) -> Array:
+def _left_of_base(fit: Joint, others: Elsewhere) -> list[Array]:
     """The same of the base model's own fit."""
-    model = fit.bench.model
-    left = axis_rms(others.blocks, others.residual((), (), model.regression.q))
-    return np.asarray(left / model.torque_rms)
+    return others.residual((), (), fit.bench.model.regression.q)
+
+
+def _all(fit: Joint, others: Elsewhere, left: Sequence[Array]) -> float:
+    """What is left of all axes together, each relative to its torque."""
+    size = _unpredicted(others.there, left) / fit.bench.model.torque_rms
+    return float(np.linalg.norm(size))
 
 
 def validated(
@@ -59,27 +64,70 @@ def validated(
     others: Elsewhere | None,
     criteria: Criteria,
     rounds: Sequence[Sequence[Score]],
+    freed: Mapping[int, float],
 ) -> list[Accepted]:
-    """Effects that explain on held-out runs, too, what they explain on the others, each beside
-    those that were accepted before it. What is found on an only trajectory, or where nothing is run
-    twice, may be something else: noise of the angles, for one. Then the next best effect of its
-    axis and of its round takes its place, if it explains these."""
+    """Effects that explain on held-out runs, too, what they explain on the others, each beside all
+    others. What is found on an only trajectory, or where nothing is run twice, may be something
+    else: noise of the angles, for one. Then the next best effect of its axis and of its round takes
+    its place, if it explains these."""
     if others is None:
         return []
-    least, kept = criteria.smallest_effect * bench.model.torque_rms, list[Accepted]()
-    own = axis_rms(bench.model.blocks, joint(bench, ()).residual)
-    left = axis_rms(others.blocks, others.beside((), ()))
-    for each in accepted:
-        for option in options(each, rounds, criteria):
-            fit, axis = joint(bench, grouped(bench, [*kept, option])), option.score.hypothesis.axis
-            there = axis_rms(bench.model.blocks, fit.residual)
-            now = axis_rms(others.blocks, others.beside(fit.parts, fit.beta))
-            known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
-            better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
-            if better.any() if axis is None else better[axis]:
-                kept, own, left = [*kept, option], there, now
-                break
+    seen = Predicted(bench, others, criteria, freed)
+    kept = list(accepted)
+    while kept:
+        rest = {id(each): [a for a in kept if a is not each] for each in kept}
+        margins = {id(each): seen.margin(each, rest[id(each)]) for each in kept}
+        worst = min(kept, key=lambda each: margins[id(each)])
+        if margins[id(worst)] > 0:
+            break
+        kept = rest[id(worst)]
+        better = (o for o in options(worst, rounds, criteria) if seen.margin(o, kept) > 0)
+        kept += [option for option in [next(better, None)] if option is not None]
     return kept
+
+
+class Predicted:
+    """What effects explain of held-out runs beside others, in the noise of the fit; every set is
+    fitted once.
+
+    freed: inverse variances of base parameters that left their tolerances.
+    """
+
+    def __init__(
+        self, bench: Bench, others: Elsewhere, criteria: Criteria, freed: Mapping[int, float]
+    ) -> None:
+        self.bench, self.others, self.criteria, self.freed = bench, others, criteria, freed
+        self._left: dict[frozenset[Score], tuple[Array, Array]] = {}
+
+    def margin(self, each: Accepted, beside: Sequence[Accepted]) -> float:
+        """Share of the squares that an effect explains of held-out runs, beside others, less that
+        which it must: a part of what it explains of the others. At most zero for one that explains
+        less than is worth a name."""
+        (own, left), (there, now) = self._of(beside), self._of([*beside, each])
+        known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
+        least = self.criteria.smallest_effect * self.bench.model.torque_rms
+        margin = predicted - self.criteria.predicted * np.maximum(known, 0.0)
+        margin = np.where(left**2 - now**2 > least**2, margin, np.minimum(margin, 0.0))
+        axis = each.score.hypothesis.axis
+        return float(margin.max() if axis is None else margin[axis])
+
+    def _of(self, effects: Sequence[Accepted]) -> tuple[Array, Array]:
+        """What is left beside effects: RMS (n,) [N m] of the runs of the fit, and of the others."""
+        key = frozenset(each.score for each in effects)
+        if key not in self._left:
+            fit = joint(self.bench, grouped(self.bench, effects), self.freed)
+            there = _unpredicted(self.bench.model, fit.residual)
+            self._left[key] = there, _unpredicted(self.others.there, self.others.updated(fit))
+        return self._left[key]
+
+
+def _unpredicted(model: Calibrated, left: Sequence[Array]) -> Array:
+    """RMS (n,) [N m] of what is left (m, n) of each block; where passes show what is noise, beyond
+    what that does after the moments before: slow torques, of which it has most, count little."""
+    if not model.noise.repeats:
+        return axis_rms(model.blocks, left)
+    rows = [model.white(i, [own[:, i] for own in left]) for i in range(model.base.n)]
+    return np.asarray([np.sqrt((own**2).mean()) for own in rows] * model.noise.scale)
 
 
 def options(

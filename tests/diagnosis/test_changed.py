@@ -87,7 +87,8 @@ def test_each_rotor_may_have_another_inertia() -> None:
     """All together and each alone, whatever group they are in."""
     known = [Known(f"J_r[{i + 1}]", "kg m2", 0.5, 0.1, "J_r", i) for i in range(2)]
     hypotheses = Hypotheses.__new__(Hypotheses)
-    model: Any = SimpleNamespace(known=known, scale=np.full(2, 0.1))
+    base = SimpleNamespace(linear=known)
+    model: Any = SimpleNamespace(known=known, scale=np.full(2, 0.1), base=base, off=1.0)
     hypotheses.rows = SimpleNamespace(model=model)  # type: ignore[assignment]
     heavier_ones = [c for c in hypotheses.changes if isinstance(c, HeavierBody)]
     assert [c.places for c in heavier_ones] == [(0, 1), (0,), (1,)]
@@ -107,11 +108,35 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
-    moments = SimpleNamespace(without=lambda *_: None)
+    unsure = SimpleNamespace(sure=False)
+    moments = SimpleNamespace(without=lambda *_: None, fit=lambda _: unsure)
     hypotheses: Any = SimpleNamespace(rows=rows, moments=moments)
     accepted, _ = search.Search(hypotheses, USUAL).next(1)
     assert accepted is not None
     assert accepted.score is better
+
+
+def test_hypothesis_that_only_noise_determines_is_passed_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Products between passes that have lost their sign let a fit run away."""
+    scores = [Score(ChangedParameter(name, (0,), None), 50.0, np.zeros(2), 0.01) for name in "ab"]
+    monkeypatch.setattr(search, "unrepeated", lambda *_: None)
+    monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
+    monkeypatch.setattr(
+        search, "chosen", lambda m, k, own, *_: Accepted(own[0], (), 1) if own else None
+    )
+    longer = {score: SimpleNamespace(sure=score is scores[1]) for score in scores}
+    sure = SimpleNamespace(fit=lambda _: SimpleNamespace(sure=True), without=lambda *_: None)
+    hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=sure)
+    asked = search.Search(hypotheses, USUAL)
+    monkeypatch.setattr(
+        search.Search, "_with", lambda _, score: (SimpleNamespace(fit=lambda _: longer[score]), ())
+    )
+    accepted = asked._chosen(scores, 1)
+    assert accepted is not None
+    assert accepted.score is scores[1]
+    assert asked._chosen(scores[:1], 1) is None
 
 
 def fit_of(off: Array, seed: int) -> Joint:

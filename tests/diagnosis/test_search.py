@@ -25,7 +25,6 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import selected
-from flexhex.diagnosis.selection.validated import better, refuted
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
@@ -166,45 +165,6 @@ def test_effect_that_makes_held_out_runs_worse_has_no_name(
     answer = selected(bench, run_set.judged, lambda text: None)
     assert [effect.id for effect in answer.named] == named
     assert any("held-out runs become worse" in note for note in answer.notes) == (not named)
-
-
-@pytest.mark.parametrize(
-    ("after", "axes", "whole"),
-    [((1.0, 1.0), [], False), ((2.0, 0.1), [0], False), ((0.9, 2.0), [1], True)],
-)
-def test_parameters_are_judged_on_all_axes_together(
-    after: tuple[float, float], axes: list[int], whole: bool
-) -> None:
-    """Each relative to its torque: the first has ten times that of the second."""
-    block = SimpleNamespace(usable=np.ones(4, dtype=bool))
-    left: Any = SimpleNamespace(
-        blocks=[block],
-        residual=lambda parts, beta, q: [np.ones((4, 2)) * (after if q == "fitted" else 1.0)],
-    )
-    model = SimpleNamespace(torque_rms=np.array([10.0, 1.0]), regression=SimpleNamespace(q="own"))
-    fit: Any = SimpleNamespace(bench=SimpleNamespace(model=model), parts=(), beta=(), q="fitted")
-    assert refuted(fit, left) == (axes, whole)
-
-
-@pytest.mark.parametrize(("left", "kept"), [((3.0, 0.1), True), ((3.0, 0.5), False)])
-def test_effect_that_helps_other_axes_more_is_kept(left: tuple[float, float], kept: bool) -> None:
-    """Base parameters that it no longer bends make up for what its own axis loses."""
-    fit, others = judged(left)
-    without, _ = judged((1.0, 0.4))
-    assert better(fit, without, others) == kept
-    assert better(fit, without, others, 2.0), "not clearly worse"
-
-
-def judged(left: tuple[float, float]) -> tuple[Any, Any]:
-    """A fit that leaves so much of held-out runs on two axes, the first of ten times the torque of
-    the second; and these."""
-    others = SimpleNamespace(
-        blocks=[SimpleNamespace(usable=np.ones(4, dtype=bool))],
-        residual=lambda parts, beta, q: [np.ones((4, 2)) * q],
-    )
-    model = SimpleNamespace(torque_rms=np.array([10.0, 1.0]))
-    bench = SimpleNamespace(model=model)
-    return SimpleNamespace(bench=bench, parts=(), beta=(), q=np.array(left)), others
 
 
 def one_trajectory(folder: Path, size: Mapping[int, float]) -> tuple[Bench, list[Run]]:

@@ -47,3 +47,23 @@ def test_change_beside_friction_is_reported(case: str, tmp_path: Path) -> None:
     found = {changed.parameter: changed.estimate for changed in diagnosis.changed}
     assert name in found
     assert_close(abs(found[name].value), size, atol=error)
+
+
+def drawn(model: mujoco.MjModel) -> None:
+    """Bodies as a file is off that was drawn, not weighed: masses by a factor of two and more."""
+    rng = np.random.default_rng(1)
+    times = np.exp(rng.uniform(-1.0, 1.0, model.nbody))
+    model.body_mass *= times
+    model.body_inertia *= times[:, None]
+    model.body_ipos += rng.normal(0.0, 0.02, (model.nbody, 3))
+
+
+def test_friction_is_named_beside_a_file_of_which_little_is_true(tmp_path: Path) -> None:
+    """That the file is off is said, and no effect stands in for it."""
+    runs = [(s, k) for s in (1, 2, 3) for k in (1, 2)]
+    paths = [write(tmp_path / f"{s}_{k}.csv", s, k, DRY, drawn, noise=0.02) for s, k in runs]
+    diagnosis = diagnose(paths[:4], paths[4:], options=Options(base=str(FILE)))
+    assert [(e.id, e.axes) for e in diagnosis.effects] == [("coulomb_friction", (3,))]
+    assert diagnosis.changed
+    left, noise = diagnosis.residual.after, diagnosis.residual.non_repeatable
+    assert (left[[0, 1, 3, 4, 5]] < 2.0 * noise[[0, 1, 3, 4, 5]]).all()
