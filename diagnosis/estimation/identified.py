@@ -19,6 +19,7 @@ from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.prepare import Options, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.result.verdict import LARGE
 from flexhex.diagnosis.runs.blocks import torque_at
 from flexhex.diagnosis.runs.pairing import mispaired
 from flexhex.fmus.common.errors import LogError
@@ -26,8 +27,6 @@ from flexhex.fmus.common.errors import LogError
 Array = NDArray[np.float64]
 SURE = 3.0
 """Standard deviations from which the runs contradict every machine."""
-POOR = 0.2
-"""Share of an axis' torque that is left, from which something large is missing."""
 Progress = Callable[[str, int, int], None]
 
 
@@ -134,10 +133,10 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
             f"an offset of axis {', '.join(same)} acts as parameters of the base model do, on these"
             " motions: it is not fitted beside them"
         )
-    poor = [str(i + 1) for i, left in enumerate(errors.fitted) if left > POOR]
+    poor = [str(i + 1) for i, left in enumerate(errors.fitted) if left > LARGE]
     if poor:
         notes.append(
-            f"more than {POOR:.0%} of the torque of axis {', '.join(poor)} is left: the intervals"
+            f"more than {LARGE:.0%} of the torque of axis {', '.join(poor)} is left: the intervals"
             " hold for this model, which lacks something: `flexhex diagnose` says what"
         )
     return notes

@@ -5,11 +5,11 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import takewhile
+from itertools import groupby, takewhile
 from pathlib import Path
 
 from flexhex.diagnose.numbers import listed
-from flexhex.diagnose.words import title
+from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
 from flexhex.fmus.common.effects import library
@@ -61,14 +61,37 @@ def _pattern(words: Sequence[str]) -> tuple[str, int]:
     """A pattern that is the first of these words and those behind it, and how many; "", 1: none."""
     first = Path(words[0])
     for count in range(len(words), MANY - 1, -1):
-        letters = zip(*(Path(word).stem for word in words[:count]), strict=False)
-        start = "".join(same[0] for same in takewhile(lambda same: len(set(same)) == 1, letters))
+        start = _beginning([Path(word).stem for word in words[:count]])
         beginning = words[0].removesuffix(first.name) + start
         there = sorted(map(str, first.parent.glob(f"{start}*{first.suffix}")))
         plain = shlex.quote(beginning + first.suffix) == beginning + first.suffix
         if plain and there == [str(Path(word)) for word in words[:count]]:
             return f"{beginning}*{first.suffix}", count
     return "", 1
+
+
+def shortened(words: Sequence[str]) -> str:
+    """Words as one line to be read; of many files in a row how they begin, and how many they are:
+    `run*.csv, 20 files`."""
+    shown = list[str]()
+    for (folder, ending), same in groupby(words, key=lambda word: _kind(Path(word))):
+        alike = list(same)
+        if ending and len(alike) >= MANY:
+            start = _beginning([Path(word).stem for word in alike])
+            shown.append(f"{Path(folder) / start}*{ending}, {len(alike)} files")
+        else:
+            shown += [shlex.quote(word) for word in alike]
+    return " ".join(shown)
+
+
+def _beginning(names: Sequence[str]) -> str:
+    """What all of them begin with."""
+    letters = takewhile(lambda same: len(set(same)) == 1, zip(*names, strict=False))
+    return "".join(same[0] for same in letters)
+
+
+def _kind(path: Path) -> tuple[str, str]:
+    return str(path.parent), path.suffix
 
 
 def applicable(diagnosis: Diagnosis) -> bool:
@@ -124,3 +147,11 @@ def _separate(effect: Named, invocation: Invocation) -> list[tuple[str, str]]:
         return [(f"To tell {names} apart, measure: {plan}.", "")]
     text = f"To tell {names} apart, run {effect.experiment} twice ({plan}), then:"
     return [(text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]
+
+
+def best_of(effect: Named) -> str:
+    """How the effect that would be added is called in a question."""
+    text = f"{title(effect.id)} on {where(effect.axes)}"
+    if effect.rivals:
+        text += f" (the best of {1 + len(effect.rivals)} indistinguishable effects)"
+    return text
