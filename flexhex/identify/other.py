@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 
+from flexhex.diagnose.titles import capital, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
 from flexhex.identify.view import with_deviation
@@ -59,6 +60,8 @@ def print_excitation(more: Excitation) -> None:
 def print_identified(identified: Identified, every: bool = False) -> None:
     """Parameters, sums that the runs determine, errors. every: what they do not determine too."""
     out = console()
+    if identified.doubt:
+        say(out, f"{capital(readable(identified.doubt))}\n")
     _print(out, "Parameters", identified.parameters, every)
     single = {one.name for one in identified.parameters}
     sums = [one for one in identified.combinations if one.name not in single]
@@ -80,9 +83,9 @@ def print_identified(identified: Identified, every: bool = False) -> None:
         say(out, f"The torques stand {late} in the logs, or a friction of another form does.")
     _print_errors(out, identified)
     for text in identified.findings:
-        say(out, f"finding: {text}")
+        say(out, f"finding: {readable(text)}")
     for text in identified.notes:
-        say(out, f"note: {text}")
+        say(out, f"note: {readable(text)}")
 
 
 def say(out: Console, text: str) -> None:
@@ -123,7 +126,7 @@ def _print_errors(out: Console, identified: Identified) -> None:
     both: list[tuple[str, Errors]] = [("runs", identified.errors)]
     if identified.held_out is not None:
         both.append(("held out", identified.held_out))
-    columns = [Column("axis", "axis"), Column("torque", "torque RMS", right=True)]
+    columns = [Column("axis", "axis"), Column("torque", "torque RMS, with its mean", right=True)]
     for name, _ in both:
         columns.append(Column(f"{name}: file", f"{name}: file", "%", ".3g"))
         columns.append(Column(f"{name}: identified", "identified", "%", ".3g"))
