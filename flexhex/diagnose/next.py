@@ -98,8 +98,13 @@ def applicable(diagnosis: Diagnosis) -> bool:
     """Whether something was found that a machine file can hold: no payload on some runs, and no
     effect of the user's own."""
     kept = diagnosis.effects or [change for change in diagnosis.changed if not change.runs]
+    return bool(kept) and _known(diagnosis)
+
+
+def _known(diagnosis: Diagnosis) -> bool:
+    """Whether all that was found is the library's or a parameter of the model."""
     foreign = any(effect.id not in library() for effect in diagnosis.effects)
-    return diagnosis.verdict in APPLICABLE and bool(kept) and not foreign
+    return diagnosis.verdict in APPLICABLE and not foreign
 
 
 def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, str]]:
@@ -115,7 +120,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
             "Or add the best of them" if diagnosis.verdict == "ambiguous" else "Add what was found"
         )
         steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
-    elif applicable(diagnosis) and diagnosis.effects:
+    elif something and _known(diagnosis) and invocation.base != "hexapod":
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
     if any(change.runs for change in diagnosis.changed):

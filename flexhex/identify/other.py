@@ -126,7 +126,7 @@ def _print_errors(out: Console, identified: Identified) -> None:
     both: list[tuple[str, Errors]] = [("runs", identified.errors)]
     if identified.held_out is not None:
         both.append(("held out", identified.held_out))
-    columns = [Column("axis", "axis"), Column("torque", "torque RMS, with its mean", right=True)]
+    columns = [Column("axis", "axis"), Column("torque", "torque RMS", right=True)]
     for name, _ in both:
         columns.append(Column(f"{name}: file", f"{name}: file", "%", ".3g"))
         columns.append(Column(f"{name}: identified", "identified", "%", ".3g"))
@@ -136,7 +136,9 @@ def _print_errors(out: Console, identified: Identified) -> None:
         left |= {f"{name}: identified": 100 * float(e.fitted[i]) for name, e in both}
         torque = f"{identified.errors.torque[i]:.3g} {unit}"
         rows.append({"axis": str(i + 1), "torque": torque, **left})
-    out.print(table("Share of the torque that is left (RMS)", columns, rows))
+    out.print(
+        table("Share of the torque that is left (RMS, of the torque with its mean)", columns, rows)
+    )
 
 
 def _listed(names: Sequence[str]) -> str:
