@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from flexhex.cli import app
 from flexhex.diagnosis.planning.trajectory import read_trajectory
+from flexhex.identify.folder import target
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -143,3 +144,30 @@ def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
     assert {"o[2]", "wrist.m"} <= {one["name"] for one in data["parameters"]}
     done = RUN.invoke(app, [*words[:-1], str(file)])
     assert "is the robot's file itself" in str(done.exception)
+
+
+def test_out_is_a_folder_as_of_diagnose(runs: list[str], tmp_path: Path) -> None:
+    """A file in its place is refused with the option that takes one."""
+    words, out = ["identify", *runs[:2], "--base", BASE], tmp_path / "new" / "found"
+    done = RUN.invoke(app, [*words, "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    assert json.loads((out / "identified.json").read_text())["parameters"]
+    for more, said in (
+        (["--out", str(tmp_path / "a.json")], "a file is --write"),
+        (["--out", str(out), "--write", "a.csv"], "names the file already"),
+    ):
+        refused = RUN.invoke(app, [*words, *more])
+        assert getattr(refused.exception, "exit_code", None) == 2, refused.output
+        assert said in str(refused.exception)
+    assert not (tmp_path / "a.json").exists()
+
+
+@pytest.mark.parametrize(("base", "file"), [
+    ("arm.urdf", "identified.urdf"), ("arm.xml", "identified.xml"), ("arm.sdf", "identified.json"),
+    ("axis", "identified.json"), ("hexapod", "identified.toml"),
+])  # fmt: skip
+def test_out_has_the_file_that_its_base_model_is_written_as(
+    base: str, file: str, tmp_path: Path
+) -> None:
+    assert target(None, tmp_path / "out", base) == tmp_path / "out" / file
+    assert (tmp_path / "out").is_dir()
