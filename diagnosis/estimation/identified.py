@@ -16,7 +16,7 @@ from flexhex.diagnosis.estimation.determined import SURE, Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.records import Errors, Identified
-from flexhex.diagnosis.estimation.signs import negative_friction
+from flexhex.diagnosis.estimation.signs import negative_values
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
@@ -78,7 +78,7 @@ def identify(
         other,
         seen.parameter(Combination(((late, 1.0),))).estimate,
         (*said, *together, *more.notes, *_notes(estimated, errors)),
-        (*negative_friction(estimated)[0], *run_set.findings, *filter(None, [smoothed])),
+        (*negative_values(estimated)[0], *run_set.findings, *filter(None, [smoothed])),
         *run_set.names,
         estimated,
         doubt,
@@ -146,7 +146,7 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
     deviation = np.maximum(np.sqrt(np.diag(estimated.covariance)), np.finfo(float).tiny)
     off = np.abs(estimated.free - estimated.values) / deviation
     against = {name: float(max(off[k] for k in own)) for name, own in estimated.wrong.items()}
-    _, rubbing = negative_friction(estimated)
+    _, rubbing = negative_values(estimated)
     sure = [name for name, size in against.items() if size > SURE and name not in rubbing]
     within = [name for name, size in against.items() if size <= SURE]
     notes = _attenuation(estimated, deviation)
