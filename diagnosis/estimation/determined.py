@@ -69,7 +69,8 @@ class Seen:
         if math.isfinite(tolerance):
             determined = max(deviation, alone) < NARROWER * tolerance
         else:
-            size = float((self.share[places] / np.abs(c[places])).min())
+            fitted = [p for p in places if estimated.model.scale[p] > 0] or places
+            size = float((self.share[fitted] / np.abs(c[fitted])).min())
             determined = max(deviation, alone) * size < SMALL
         against = abs(float(c @ (estimated.free - estimated.values)))
         determined &= against <= SURE * deviation

@@ -57,11 +57,11 @@ def identify(
     more.check(base.n)
     doubt = doubtful(base, run_set.runs)
     progress("fitting the parameters", 1, 3)
-    estimated, smoothed, said = _fitted(base, run_set.runs, more)
+    estimated, smoothed, said, out = _fitted(base, run_set.runs, more)
     progress("on held-out runs", 2, 3)
     errors = _errors(estimated, estimated.model)
     other = _errors(estimated, estimated.along(run_set.judged)) if run_set.judged else None
-    seen, (sums, together) = Seen(estimated), grouped(estimated)
+    seen, (sums, together) = Seen(estimated), grouped(estimated, out)
     which = structure(estimated.model.base, estimated.model.blocks)
     names = [known.name for known in estimated.known]
     late = next(i for i, k in enumerate(estimated.known) if k.group == "delay")
@@ -71,7 +71,7 @@ def identify(
     return Identified(
         options.base,
         tuple(seen.parameter(Combination(((p, 1.0),)), p in vague) for p in shown),
-        tuple(seen.parameter(c) for c in (*which.combinations, *sums)),
+        tuple(seen.parameter(c) for c in (*_apart(which.combinations, vague), *sums)),
         tuple(names[place] for place in which.silent),
         units_of(base, base.n, "N m"),
         errors,
@@ -85,9 +85,16 @@ def identify(
     )
 
 
-def _fitted(base: Base, runs: Sequence[Run], more: Extras) -> tuple[Estimated, str, list[str]]:
+def _apart(combinations: Sequence[Combination], vague: set[int]) -> list[Combination]:
+    """Those that have a value without others."""
+    return [one for one in combinations if len(one.terms) > 1 or one.terms[0][0] not in vague]
+
+
+def _fitted(
+    base: Base, runs: Sequence[Run], more: Extras
+) -> tuple[Estimated, str, list[str], list[str]]:
     """The fit with what a diagnosis found and payloads that nothing announces; what was done about
-    noise of the angles; and what was found on the way."""
+    noise of the angles; what was found on the way; and names of what is left out."""
     base, freed = loosened(base, more.changed)
     runs, carried = loaded(runs, more.changed)
     estimated, smoothed = estimate(base, runs, more)
@@ -96,8 +103,8 @@ def _fitted(base: Base, runs: Sequence[Run], more: Extras) -> tuple[Estimated, s
     if not any(change.runs for change in more.changed):
         estimated, text = with_payload(base, runs, estimated)
         carried = [text] if text else []
-    estimated, needless = pruned(estimated)
-    return estimated, smoothed, [*carried, *freed, *needless]
+    estimated, out = pruned(estimated)
+    return estimated, smoothed, [*carried, *freed], out
 
 
 def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> Base:

@@ -42,11 +42,18 @@ def below_zero(axis: int, kind: Kind, own: Sequence[Asked], rates: Array, sure: 
     if not below:
         return ""
     power = {"d": float((rates**2).mean()), "F_c": float(np.abs(rates).mean())}
-    driven = sum(one.value * power.get(_kind(one.name), 0.0) for one in own) < 0
-    if driven or set(below) & {"J", "m"}:
+    rubs = sum(one.value * power.get(_kind(one.name), 0.0) for one in own)
+    inertia = bool(set(below) & {"J", "m"})
+    if rubs < 0 or (rubs == 0 and inertia):
         why = (
             f"its {kind.effort} or its {kind.position} has the other sign in the logs, or is"
-            " another axis' column. Negate one of the two columns, or name the right one"
+            " another axis' column. Negate one of the two columns (of currents by a negative"
+            " --torque-constant), or name the right one"
+        )
+    elif inertia:
+        why = (
+            f"its {kind.effort} and its {kind.position} are of other times, something elastic"
+            " swings in between, or noise of the acceleration is larger than it"
         )
     elif below == ["F_c"]:
         why = (

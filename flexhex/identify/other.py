@@ -69,10 +69,11 @@ def print_identified(identified: Identified, every: bool = False) -> None:
         _print(out, "Base parameters: sums that act as one", sums, every)
     hidden = [one for one in identified.parameters if not one.determined]
     if hidden and not every:
+        near = " and stay near the file's values" if _has_file(identified) else ""
         say(
             out,
             f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by these"
-            " motions by themselves and stay near the file's values (--all shows them).",
+            f" motions by themselves{near} (--all shows them).",
         )
     if identified.silent:
         say(out, f"No torque feels {_listed(identified.silent)}.")
@@ -139,6 +140,11 @@ def _print_errors(out: Console, identified: Identified) -> None:
     out.print(
         table("Share of the torque that is left (RMS, of the torque with its mean)", columns, rows)
     )
+
+
+def _has_file(identified: Identified) -> bool:
+    """Whether anything was known of the parameters before."""
+    return any(0 < one.tolerance < math.inf for one in identified.parameters)
 
 
 def _listed(names: Sequence[str]) -> str:

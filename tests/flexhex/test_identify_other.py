@@ -153,10 +153,7 @@ def test_out_is_a_folder_as_of_diagnose(runs: list[str], tmp_path: Path) -> None
     assert done.exit_code == 0, done.output
     assert json.loads((out / "identified.json").read_text())["parameters"]
     for more, said in (
-        (
-            ["--out", str(tmp_path / "a.json")],
-            "must be a folder, as of `diagnose`: a file is --write",
-        ),
+        (["--out", str(tmp_path / "a.json")], "must be a folder, as of `diagnose`"),
         (["--out", str(out), "--write", "a.csv"], "names the file already"),
     ):
         refused = RUN.invoke(app, [*words, *more])
