@@ -61,8 +61,8 @@ def grouped(estimated: Estimated, out: Sequence[str]) -> tuple[list[Combination]
         )
     for one in together:
         notes.append(
-            f"{', '.join(_names(estimated, one))} cancel each other on these motions: a value of one alone means nothing, their"
-            " sum is the mean torque that they make. Wider motions tell them apart"
+            f"{', '.join(_names(estimated, one))} cancel each other on these motions: a value of one"
+            " alone means nothing, their sum is the mean torque that they make. Wider motions tell them apart"
         )
     return [*alone, *together], notes
 
