@@ -60,9 +60,10 @@ def grouped(estimated: Estimated, out: Sequence[str]) -> tuple[list[Combination]
             " alone have values. Wider motions tell them apart"
         )
     for one in together:
+        names = ", ".join(_names(estimated, one))
         notes.append(
-            f"{', '.join(_names(estimated, one))} cancel each other on these motions: a value of one"
-            " alone means nothing, their sum is the mean torque that they make. Wider motions tell them apart"
+            f"{names} cancel each other on these motions: a value of one alone means nothing, their"
+            " sum is the mean torque that they make. Wider motions tell them apart"
         )
     return [*alone, *together], notes
 
