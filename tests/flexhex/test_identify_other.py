@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -11,8 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
+from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.planning.trajectory import read_trajectory
+from flexhex.diagnosis.prepare import Options
 from flexhex.identify.folder import target
+from flexhex.identify.other import print_identified
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -171,3 +175,14 @@ def test_out_has_the_file_that_its_base_model_is_written_as(
 ) -> None:
     assert target(None, tmp_path / "out", base) == tmp_path / "out" / file
     assert (tmp_path / "out").is_dir()
+
+
+def test_doubt_stands_first_and_notes_have_titles(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    identified = identify([Path(runs[0])], options=Options(BASE))
+    notes = ("coulomb_friction is indistinguishable from load_friction: it is fitted",)
+    print_identified(replace(identified, doubt="other signs?", notes=notes))
+    shown = capsys.readouterr().out
+    assert shown.startswith("Other signs?")
+    assert "note: Coulomb friction is indistinguishable from load-dependent friction" in shown
