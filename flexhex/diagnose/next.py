@@ -78,7 +78,7 @@ def shortened(words: Sequence[str]) -> str:
         alike = list(same)
         if ending and len(alike) >= MANY:
             start = _beginning([Path(word).stem for word in alike])
-            shown.append(f"{Path(folder) / start}*{ending}, {len(alike)} files")
+            shown.append(f"{Path(folder) / f'{start}*{ending}'}, {len(alike)} files")
         else:
             shown += [shlex.quote(word) for word in alike]
     return " ".join(shown)

@@ -75,3 +75,4 @@ def test_head_of_a_page_says_how_many_files_there_are() -> None:
     assert shortened(words) == (
         "flexhex diagnose data/run*.csv, 20 files --held-out 'a b.csv' c.csv --base axis"
     )
+    assert shortened(("diagnose", "a.csv", "b.csv", "c.csv")) == "diagnose *.csv, 3 files"
