@@ -3,21 +3,24 @@
     B = B_true + sum_j (dB/dthetadd_j) n_j,   E[B^T B] = B_true^T B_true + E
 
 so the estimate is off by -A E q, A its covariance for rows of unit noise [Fuller, Measurement Error
-Models, 1987, ch. 1]. That is taken back. n_j is the smoothed second difference of white noise of an
-angle. An encoder's steps are white where they are passed fast; where they are not the correction is
-known to its own size, which is added to the interval. Products between passes have no such error.
+Models, 1987, ch. 1]. That is taken back. n_j is the smoothed second difference of an angle's error:
+of white noise, or of the steps of an encoder along a motion like this. The correction is taken to
+be known to its own size, which is added to the interval. Products between passes have no such
+error, but for steps that come again in the same places.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import oaconvolve
 from scipy.sparse import csr_array, eye_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.regression.window import curvature
+from flexhex.diagnosis.reversals import encoder_step
 from flexhex.diagnosis.runs.blocks import Block
 
 Array = NDArray[np.float64]
@@ -45,10 +48,30 @@ def _noise(model: Calibrated) -> Array:
             if load.on(block.run):
                 columns[model.places(load), list(base.payload)] = np.eye(len(base.payload))
         columns *= model.scale[:, None]
-        for axis, noise in enumerate(motion.noise * curvature(base.window, motion.ts)):
+        for axis, noise in enumerate(_accelerations(base, block)):
             squares = _squares(base, block, axis, rows / model.noise.scale**2)
-            E += float(noise) ** 2 * columns @ squares @ columns.T
+            E += float(noise) * columns @ squares @ columns.T
     return E
+
+
+def _accelerations(base: Base, block: Block) -> Array:
+    """Mean square (n,) of the error of smoothed accelerations: that of white noise, or, where an
+    angle comes in steps, what steps make of the same motion."""
+    motion = block.run.motion
+    assert motion.noise is not None
+    step = encoder_step(motion.theta[block.run.valid])
+    squares = (motion.noise * curvature(base.window, motion.ts)) ** 2
+    window = np.hanning(2 * round(base.window / motion.ts / 2) + 3)[1:-1, None]
+    window, reach = window / window.sum(), len(window) // 2
+    for axis in np.flatnonzero(step):
+        theta, size = motion.theta[:, [axis]], step[axis]
+        smooth = oaconvolve(
+            np.pad(theta, ((reach, reach), (0, 0)), mode="edge"), window, "valid", 0
+        )
+        error = theta[0] + size * np.round((smooth - theta[0]) / size) - smooth
+        bent = block.smooth(np.gradient(np.gradient(error, motion.ts, axis=0), motion.ts, axis=0))
+        squares[axis] = float((bent[block.usable] ** 2).mean())
+    return squares
 
 
 def _squares(base: Base, block: Block, axis: int, weights: Array) -> Array:
