@@ -21,6 +21,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.maps import maps
+from flexhex.diagnosis.result.negative import negative
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
@@ -112,6 +113,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     residual = residual_of(before if main is settled else before_of(main), main)
     notes += slow(residual, main.left)
     verdict = _verdict(model, sides, named, changed, notes, run_set.coarse)
+    doubt = run_set.doubt or negative(settled.fit, CRITERIA.deviations)
     progress("done", 4, 4)
     return Diagnosis(
         verdict,
@@ -121,12 +123,12 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         main.candidates,
         maps(main.fit),
         tuple(notes),
-        tuple(dict.fromkeys(filter(None, [run_set.doubt, late, *run_set.findings]))),
+        tuple(dict.fromkeys(filter(None, [doubt, late, *run_set.findings]))),
         *run_set.names,
         strips=strips(main),
         remains=settled.rests,
-        confidence=None if run_set.doubt else _confidence(settled, verdict),
-        doubt=run_set.doubt,
+        confidence=None if doubt else _confidence(settled, verdict),
+        doubt=doubt,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from flexhex.diagnose.titles import readable
 from results.shares import share
 
 Results = Any
@@ -213,7 +214,8 @@ def measured_names(results: Results) -> str:
             " or ".join((e["name"], *e["rivals"])) + f", axes {_axes(e['axes'])}"
             for e in said["effects"]
         )
-        rows.append([one["title"], said["verdict"], names, "; ".join(said["notes"])])
+        sentences = (readable(text) for text in (names, "; ".join(said["notes"])))
+        rows.append([one["title"], said["verdict"], *sentences])
     return markdown(("machine", "verdict", "named", "notes"), rows)
 
 

@@ -24,6 +24,9 @@ was known of it, and would be with tolerances so much wider: else the file's oth
 SMALL = 0.05
 """or, where nothing was known, if its standard deviation makes less than this share of an axis'
 torque."""
+SURE = 3.0
+"""Standard deviations from which the runs contradict a value that a machine can have: it is theirs
+no longer."""
 UNSEEN = 1e-4
 """Share of a combination that lies where neither runs nor file say anything: it has no value."""
 
@@ -45,8 +48,8 @@ class Seen:
         scale = np.where(model.scale > 0, model.scale, np.inf)
         self.share = (rms / torque[:, None]).max(axis=0) / scale
 
-    def parameter(self, combination: Combination) -> Parameter:
-        """A sum of parameters by their places."""
+    def parameter(self, combination: Combination, vague: bool = False) -> Parameter:
+        """A sum of parameters by their places; vague: others make its torque as well."""
         estimated, known = self.estimated, self.estimated.known
         places = [place for place, _ in combination.terms]
         c = np.zeros(len(known))
@@ -59,13 +62,18 @@ class Seen:
         tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
         q = c * estimated.model.scale
         lost = np.linalg.norm(self.unseen.T @ q) > UNSEEN * np.linalg.norm(q)
-        deviation = math.inf if lost else math.sqrt(max(float(c @ estimated.covariance @ c), 0.0))
+        deviation = (
+            math.inf if lost or vague else math.sqrt(max(float(c @ estimated.covariance @ c), 0.0))
+        )
         alone = math.sqrt(max(float(q @ self.alone @ q), 0.0))
         if math.isfinite(tolerance):
             determined = max(deviation, alone) < NARROWER * tolerance
         else:
-            size = float((self.share[places] / np.abs(c[places])).min())
+            fitted = [p for p in places if estimated.model.scale[p] > 0] or places
+            size = float((self.share[fitted] / np.abs(c[fitted])).min())
             determined = max(deviation, alone) * size < SMALL
+        against = abs(float(c @ (estimated.free - estimated.values)))
+        determined &= against <= SURE * deviation
         low, high = value - NORMAL * deviation, value + NORMAL * deviation
         if len(places) == 1 and (never_negative(known[places[0]]) or known[places[0]].positive):
             low = max(low, 0.0)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation import extras, friction
+from flexhex.diagnosis.estimation.attenuation import taken_back
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.friction import Form
 from flexhex.diagnosis.estimation.machine_values import possible_values
@@ -46,7 +47,8 @@ class Estimated:
     machine; excess: what that adds to the sum of squares, in units of the noise; wrong: places of
     bodies and parameters, by name, that no machine has before. level: mean square of the rows,
     times as many as repeat each other. forms: dry friction of each axis. regression: of the rows,
-    beside priors. extras: effects that a diagnosis found, fitted beside.
+    beside priors. extras: effects that a diagnosis found, fitted beside. attenuated (nb,): what
+    noise of the angles had taken from the values, in which it is back.
     """
 
     model: Calibrated
@@ -59,6 +61,7 @@ class Estimated:
     forms: tuple[Form, ...]
     regression: Regression
     extras: Extras
+    attenuated: Array
 
     @property
     def known(self) -> tuple[Known, ...]:
@@ -86,9 +89,21 @@ def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tup
     """Fit a base model to runs; what was done about noise of the angles, or nothing."""
     more = more or Extras()
     model, _, done = fitted(base, runs)
+    model = about_known(model.base, model.blocks, model.fitted, first_weights(model))
+    return _estimated(model, more), done
+
+
+def again(estimated: Estimated, base: Base) -> Estimated:
+    """The same rows fitted by another base model with the same columns."""
+    model = estimated.model
+    other = about_known(base, model.blocks, model.fitted, model.noise)
+    return _estimated(other, estimated.extras)
+
+
+def _estimated(model: Calibrated, more: Extras) -> Estimated:
+    """A base model with friction and further effects, from these weights on."""
     listed = more.beside(friction.parameters(model.base, model.blocks)) + more.parameters(model)
     dry = _dry(model, listed)
-    model = about_known(model.base, model.blocks, model.fitted, first_weights(model))
     estimated = _settled(model, listed, dry, more)
     if dry and abs(model.fitted.delay) > APART * model.fitted.late:
         # a wrong form of friction may be what is late
@@ -96,7 +111,7 @@ def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tup
             model.base, model.blocks, replace(model.fitted, delay=0.0), model.noise
         )
         estimated = min(estimated, _settled(prompt, listed, dry, more), key=_left)
-    return _finished(estimated, more), done
+    return _finished(estimated, more)
 
 
 @dataclass(frozen=True)
@@ -200,13 +215,15 @@ def _formed(
 
 
 def _finished(fit: _Fit, more: Extras) -> Estimated:
-    model, regression, values = fit.model, fit.regression, fit.values
+    model, regression = fit.model, fit.regression
+    back = model.scale * taken_back(model, regression)
+    values = fit.values + back
     curvature = (np.diag(regression.prior) + regression.gram[0] + regression.firm) / fit.level
     result, wrong = possible_values(model, values, curvature)
-    spread = _covariance(fit) * np.outer(model.scale, model.scale)
+    spread = _covariance(fit) * np.outer(model.scale, model.scale) + np.outer(back, back)
     return Estimated(
         model, result.values, spread, values, result.excess, wrong, fit.level, fit.forms,
-        regression, more,
+        regression, more, back,
     )  # fmt: skip
 
 

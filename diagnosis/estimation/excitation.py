@@ -56,6 +56,11 @@ def excitation(identified: Identified) -> Excitation:
     places = {known.name: k for k, known in enumerate(estimated.known)}
     rubbing = [known.name for known in estimated.known if known.group == FRICTION]
     requested = [*identified.combinations, *(identified[name] for name in rubbing)]
+    # what is left out of the fit has no columns to be narrowed
+    fitted = {
+        known.name for known, scale in zip(estimated.known, model.scale, strict=True) if scale
+    }
+    requested = [one for one in requested if fitted.issuperset(name for name, _ in one.terms)]
     C = np.zeros((len(requested), len(A)))
     for row, one in zip(C, requested, strict=True):
         for name, factor in one.terms:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Known
+from flexhex.diagnosis.estimation.changes import Change, changes_of
 from flexhex.diagnosis.estimation.friction import PARAMETER
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
@@ -47,11 +48,13 @@ class Extra:
 
 @dataclass(frozen=True)
 class Extras:
-    """What is fitted beside; notes: what is not, and why; where: what says so."""
+    """What is fitted beside; notes: what is not, and why; where: what says so; changed: parameters
+    of the base model and payloads."""
 
     listed: tuple[Extra, ...] = ()
     notes: tuple[str, ...] = ()
     where: str = ""
+    changed: tuple[Change, ...] = ()
 
     def beside(self, friction: Sequence[Known]) -> list[Known]:
         """Parameters of friction without those that an effect has in its gains."""
@@ -104,7 +107,7 @@ class Extras:
 
 
 def read_diagnosis(path: Path) -> Extras:
-    """The effects of a diagnosis that a file keeps (`flexhex diagnose`, `OUT/diagnosis.json`).
+    """Effects and changes of a diagnosis that a file keeps (`flexhex diagnose`, `diagnosis.json`).
     UsageError for another file, or one in which nothing was found."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -121,11 +124,12 @@ def extras_of(data: Any, where: str) -> Extras:
         effects = [
             (e["id"], list(e["axes"]), _values(e), list(e["rivals"])) for e in data["effects"]
         ]
+        changed = changes_of(data.get("changed", ()))
     except (ValueError, KeyError, TypeError, AttributeError):
         text = "is no diagnosis: name the diagnosis.json that `flexhex diagnose` wrote"
         raise UsageError(f"{where}: {text}") from None
-    if not effects:
-        raise UsageError(f"{where}: verdict `{data.get('verdict')}`, no effect: take it out")
+    if not effects and not changed:
+        raise UsageError(f"{where}: verdict `{data.get('verdict')}`, nothing found: take it out")
     known, listed, notes = library(), list[Extra](), list[str]()
     for id, axes, values, rivals in effects:
         effect = known.get(id)
@@ -142,7 +146,7 @@ def extras_of(data: Any, where: str) -> Extras:
             listed += there
             if not there:
                 notes.append(f"{id} is not fitted on axis {axis}: it has no values there")
-    return Extras(tuple(listed), tuple(notes), where)
+    return Extras(tuple(listed), tuple(notes), where, changed)
 
 
 def _values(effect: Mapping[str, Any]) -> dict[str, float]:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import oaconvolve
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation.motion import dahl_states
@@ -22,6 +23,7 @@ from flexhex.diagnosis.estimation.structure import Span
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.design import beside_of
+from flexhex.diagnosis.regression.window import curvature
 from flexhex.diagnosis.runs.blocks import Block
 
 Array = NDArray[np.float64]
@@ -29,6 +31,8 @@ RATES = (0.003, 0.01, 0.03, 0.1, 0.3)
 """Rates v_s at which friction turns over, relative to the axis' RMS rate."""
 WAYS = (0.001, 0.004, 0.016, 0.06)
 """Ways s_0 within which it does, relative to the axis' RMS way from its mean."""
+QUIET, TAPS = 0.3, 20
+"""Share of a form's rate that noise of the rate may be; lengths of the smoothing that are tried."""
 LEADS, LEADING = (0.005, 0.01, 0.02), (0.01, 0.03, 0.1)
 """Times T [s] by which it does before the rate, each with these relative rates."""
 PARAMETER = {"coulomb_friction": "F_c", "viscous_friction": "d", "torque_offset": "o"}
@@ -91,7 +95,25 @@ def dry(block: Block, axis: int, form: Form) -> Array:
     rate = motion.thetad[:, axis]
     if form.lead:
         rate = rate + form.lead * motion.thetadd[:, axis]
-    return block.smooth(np.tanh(rate / form.size))
+    return block.smooth(np.tanh(_quiet(rate, block, axis, form) / form.size))
+
+
+def _quiet(rate: Array, block: Block, axis: int, form: Form) -> Array:
+    """The rate (samples,) of a form without the noise that it has from differences of the angle,
+    which would turn friction over and over: smoothed until little of the form's size is left of
+    that, over the window of the fit at most."""
+    motion, longest = block.run.motion, int(np.diff(block.weights.indptr).max())
+    if motion.noise is None or not motion.derived:
+        return rate
+    for taps in np.unique(np.geomspace(1, longest, TAPS).astype(int)):
+        length = float(taps) * motion.ts
+        noise = np.sqrt(2 * motion.ts / length**3) * np.pi
+        noise += form.lead * curvature(length, motion.ts)
+        if motion.noise[axis] * noise < QUIET * form.size:
+            break
+    window = np.hanning(2 * (taps // 2) + 3)[1:-1]
+    padded = np.pad(rate, len(window) // 2, mode="edge")
+    return np.asarray(oaconvolve(padded, window / window.sum(), mode="valid"))
 
 
 def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Form]) -> list[Array]:

@@ -10,24 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
-from flexhex.diagnosis.estimation.determined import Seen
+from flexhex.diagnosis.estimation.changes import loaded, loosened
+from flexhex.diagnosis.estimation.collinear import grouped, pruned
+from flexhex.diagnosis.estimation.determined import SURE, Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.records import Errors, Identified
+from flexhex.diagnosis.estimation.signs import negative_values
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.prepare import Options, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.runs.blocks import torque_at
-from flexhex.diagnosis.runs.pairing import mispaired
+from flexhex.diagnosis.result.verdict import LARGE
+from flexhex.diagnosis.runs.blocks import Run, torque_at
+from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
-SURE = 3.0
-"""Standard deviations from which the runs contradict every machine."""
-POOR = 0.2
-"""Share of an axis' torque that is left, from which something large is missing."""
 Progress = Callable[[str, int, int], None]
 
 
@@ -55,34 +55,56 @@ def identify(
     if trouble := trouble or mispaired(base, run_set.runs):
         raise LogError(trouble)
     more.check(base.n)
+    doubt = doubtful(base, run_set.runs)
     progress("fitting the parameters", 1, 3)
-    estimated, smoothed = estimate(base, run_set.runs, more)
-    if trouble := misfit(estimated.model):
-        raise LogError(trouble)
-    estimated, carried = with_payload(base, run_set.runs, estimated)
+    estimated, smoothed, said, out = _fitted(base, run_set.runs, more)
     progress("on held-out runs", 2, 3)
     errors = _errors(estimated, estimated.model)
     other = _errors(estimated, estimated.along(run_set.judged)) if run_set.judged else None
-    seen = Seen(estimated)
+    seen, (sums, together) = Seen(estimated), grouped(estimated, out)
     which = structure(estimated.model.base, estimated.model.blocks)
     names = [known.name for known in estimated.known]
     late = next(i for i, k in enumerate(estimated.known) if k.group == "delay")
     shown = [i for i, k in enumerate(estimated.known) if k.group != "delay"]
+    vague = {place for one in sums for place, _ in one.terms}
     progress("done", 3, 3)
     return Identified(
         options.base,
-        tuple(seen.parameter(Combination(((place, 1.0),))) for place in shown),
-        tuple(seen.parameter(c) for c in which.combinations),
+        tuple(seen.parameter(Combination(((p, 1.0),)), p in vague) for p in shown),
+        tuple(seen.parameter(c) for c in (*_apart(which.combinations, vague), *sums)),
         tuple(names[place] for place in which.silent),
         units_of(base, base.n, "N m"),
         errors,
         other,
         seen.parameter(Combination(((late, 1.0),))).estimate,
-        (*filter(None, [carried]), *more.notes, *_notes(estimated, errors)),
-        (*run_set.findings, *filter(None, [smoothed])),
+        (*said, *together, *more.notes, *_notes(estimated, errors)),
+        (*negative_values(estimated)[0], *run_set.findings, *filter(None, [smoothed])),
         *run_set.names,
         estimated,
+        doubt,
     )
+
+
+def _apart(combinations: Sequence[Combination], vague: set[int]) -> list[Combination]:
+    """Those that have a value without others."""
+    return [one for one in combinations if len(one.terms) > 1 or one.terms[0][0] not in vague]
+
+
+def _fitted(
+    base: Base, runs: Sequence[Run], more: Extras
+) -> tuple[Estimated, str, list[str], list[str]]:
+    """The fit with what a diagnosis found and payloads that nothing announces; what was done about
+    noise of the angles; what was found on the way; and names of what is left out."""
+    base, freed = loosened(base, more.changed)
+    runs, carried = loaded(runs, more.changed)
+    estimated, smoothed = estimate(base, runs, more)
+    if trouble := misfit(estimated.model):
+        raise LogError(trouble)
+    if not any(change.runs for change in more.changed):
+        estimated, text = with_payload(base, runs, estimated)
+        carried = [text] if text else []
+    estimated, out = pruned(estimated)
+    return estimated, smoothed, [*carried, *freed], out
 
 
 def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> Base:
@@ -109,13 +131,32 @@ def _errors(estimated: Estimated, there: Calibrated) -> Errors:
     return Errors(torque, file / size, rms(there.residual(estimated.q)) / size)
 
 
+def _attenuation(estimated: Estimated, deviation: Array) -> list[str]:
+    """Parameters that noise of the angles made smaller by a good part of their deviation."""
+    back, values = np.abs(estimated.attenuated), np.abs(estimated.values)
+    shares = {
+        known.name: float(back[k] / values[k])
+        for k, known in enumerate(estimated.known)
+        if back[k] > deviation[k] / 2 and back[k] < values[k]
+    }
+    if not shares:
+        return []
+    listed = ", ".join(f"{name} by {share:.1%}" for name, share in shares.items())
+    return [
+        f"noise or steps of the angles made what goes with accelerations too small, {listed}: it is"
+        " given back, and their intervals are wider by as much; finer angles, or measured rates or"
+        " accelerations, tell more"
+    ]
+
+
 def _notes(estimated: Estimated, errors: Errors) -> list[str]:
     deviation = np.maximum(np.sqrt(np.diag(estimated.covariance)), np.finfo(float).tiny)
     off = np.abs(estimated.free - estimated.values) / deviation
     against = {name: float(max(off[k] for k in own)) for name, own in estimated.wrong.items()}
-    sure = [name for name, size in against.items() if size > SURE]
-    within = [name for name in against if name not in sure]
-    notes = []
+    _, rubbing = negative_values(estimated)
+    sure = [name for name, size in against.items() if size > SURE and name not in rubbing]
+    within = [name for name, size in against.items() if size <= SURE]
+    notes = _attenuation(estimated, deviation)
     if sure:
         notes.append(
             f"{', '.join(sure)}: the runs alone ask for values that no machine has, up to"
@@ -134,10 +175,10 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
             f"an offset of axis {', '.join(same)} acts as parameters of the base model do, on these"
             " motions: it is not fitted beside them"
         )
-    poor = [str(i + 1) for i, left in enumerate(errors.fitted) if left > POOR]
+    poor = [str(i + 1) for i, left in enumerate(errors.fitted) if left > LARGE]
     if poor:
         notes.append(
-            f"more than {POOR:.0%} of the torque of axis {', '.join(poor)} is left: the intervals"
+            f"more than {LARGE:.0%} of the torque of axis {', '.join(poor)} is left: the intervals"
             " hold for this model, which lacks something: `flexhex diagnose` says what"
         )
     return notes

@@ -79,7 +79,8 @@ class Identified:
 
     parameters: all; combinations: base parameters of the mechanism, which torques can tell at all;
     silent: names of what no torque feels. on: errors on the runs, and on held-out ones. notes:
-    sentences for the reader; findings: what the logs had. estimated: the fit.
+    sentences for the reader; findings: what the logs had. estimated: the fit. doubt: why the model
+    may not be this machine's.
     """
 
     base: str
@@ -95,6 +96,7 @@ class Identified:
     runs: tuple[str, ...]
     held_out_runs: tuple[str, ...]
     estimated: Estimated = field(repr=False)
+    doubt: str = ""
 
     def __getitem__(self, name: str) -> Parameter:
         """A parameter by its name. KeyError where there is none."""
@@ -122,6 +124,7 @@ class Identified:
                 "runs": self.errors.data(),
                 "held_out": self.held_out.data() if self.held_out else None,
             },
+            "doubt": self.doubt,
             "notes": list(self.notes),
             "findings": list(self.findings),
             "runs": list(self.runs),

@@ -2,7 +2,8 @@
 
 What is left of each run is compared with what a payload makes there. The runs are parted where the
 sizes of these payloads are farthest apart, and all is fitted anew with a payload on the heavier
-ones. It is kept if its mass is sure and it takes away a good part of what was left.
+ones. It is kept if its mass is sure and it takes away a good part of what was left, to which little
+remains: a model that lacks more lets anything look like a payload.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.result.verdict import LARGE
 from flexhex.diagnosis.runs.blocks import Run
 
 Array = NDArray[np.float64]
@@ -40,7 +42,12 @@ def with_payload(base: Base, runs: Sequence[Run], estimated: Estimated) -> tuple
     again, _ = estimate(base, loaded, estimated.extras)
     mass = _mass(again)
     value, deviation = again.values[mass], np.sqrt(again.covariance[mass, mass])
-    if value < SURE * deviation or _left(again) > LOWER * _left(estimated):
+    left, before = _left(again), _left(estimated)
+    felt = left < LOWER * before
+    if value < SURE * deviation or left.mean() > LOWER * before.mean():
+        return estimated, ""
+    if (left[felt] > LARGE**2).any():
+        # what else is missing there may look like a payload
         return estimated, ""
     names = ", ".join(Path(name).name for name in heavier)
     verb = "carries" if len(heavier) == 1 else "carry"
@@ -90,7 +97,7 @@ def _mass(estimated: Estimated) -> int:
     return int(place.start) + (_massive(units) or 0)
 
 
-def _left(estimated: Estimated) -> float:
-    """Mean square of what is left, of each axis relative to its torque."""
+def _left(estimated: Estimated) -> Array:
+    """Mean square (n,) of what is left, relative to the torque of each axis."""
     rms = axis_rms(estimated.model.blocks, estimated.model.residual(estimated.q))
-    return float(np.mean((rms / np.maximum(estimated.model.torque_rms, np.finfo(float).tiny)) ** 2))
+    return np.asarray((rms / np.maximum(estimated.model.torque_rms, np.finfo(float).tiny)) ** 2)

@@ -22,6 +22,8 @@ TOO_LARGE = "but what they leave is too large to name them"
 """Why effects that explain a part of what repeats have no name."""
 WORSE = 1.02
 """Growth of a residual from which on it counts as worse."""
+LARGE = 0.2
+"""Share of an axis' torque (RMS) that is left, from which something large is missing."""
 VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
 
 

@@ -52,7 +52,8 @@ def zeros(base: Base) -> Iterator[Arrangement]:
     for i, kind in enumerate(kinds_of(base, base.n)):
         for quarter in (1, 2, 3) if kind.turns else ():
             zero = np.where(np.arange(base.n) == i, quarter * np.pi / 2, 0.0)
-            text = f"{90 * quarter} degrees added to the {kind.position} of axis {i + 1}"
+            moved = f"{90 * quarter} degrees added to" if quarter < 3 else "90 degrees taken from"
+            text = f"{moved} the {kind.position} of axis {i + 1}"
             yield Arrangement(text, same, ones, ones, (), zero)
 
 

@@ -171,9 +171,19 @@ def _left(base: Base, seen: Sequence[Seen], without: bool = False) -> Array:
     shares = np.zeros(base.n)
     for i in range(base.n):
         columns, tau = _columns(seen, model[:, i], i)
-        low, high = [1 / NEARLY, 0.0, 0.0, 0.0, -np.inf], [NEARLY, *(np.inf,) * 4]
-        shares[i] = 2 * lsq_linear(columns, tau, (low, high)).cost / len(tau)
+        shares[i] = _least(columns, tau) / len(tau)
     return shares
+
+
+def _least(columns: Array, tau: Array) -> float:
+    """Sum of squares that columns (samples, 5) leave at best: the first, of the nominal torque,
+    times 1 / NEARLY to NEARLY, the others not below zero, but for the last, an offset."""
+    nominal, others = columns[:, 0], np.column_stack([columns[:, 1:], -columns[:, -1]])
+    # beside its least share nothing is below zero
+    x, norm = nnls(np.column_stack([nominal, others]), tau - nominal / NEARLY)
+    if x[0] > NEARLY - 1 / NEARLY:
+        norm = nnls(others, tau - NEARLY * nominal)[1]
+    return float(norm**2)
 
 
 def _columns(seen: Sequence[Seen], model: Array, axis: int) -> tuple[Array, Array]:

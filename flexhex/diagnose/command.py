@@ -164,9 +164,9 @@ class Session:
 
     def agree(self, diagnosis: Diagnosis) -> bool:
         """Whether what was found is to be added: as --apply says, else the user."""
-        from flexhex.diagnose.next import applicable
+        from flexhex.diagnose.next import applicable, best_of
         from flexhex.diagnose.numbers import listed
-        from flexhex.diagnose.view import best_of, print_diagnosis
+        from flexhex.diagnose.view import print_diagnosis
 
         if not applicable(diagnosis) or self.base != "hexapod":
             return False

@@ -12,8 +12,8 @@ from rich.console import Console
 
 from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.plots import heat
+from flexhex.diagnose.titles import title, where
 from flexhex.diagnose.view import say, table
-from flexhex.diagnose.words import title, where
 from flexhex.diagnosis.planning.isolability import ALIKE, Isolability
 from flexhex.output.page import PageSection, write_page
 

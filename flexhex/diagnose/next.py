@@ -5,11 +5,11 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import takewhile
+from itertools import groupby, takewhile
 from pathlib import Path
 
 from flexhex.diagnose.numbers import listed
-from flexhex.diagnose.words import title
+from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
 from flexhex.fmus.common.effects import library
@@ -61,8 +61,7 @@ def _pattern(words: Sequence[str]) -> tuple[str, int]:
     """A pattern that is the first of these words and those behind it, and how many; "", 1: none."""
     first = Path(words[0])
     for count in range(len(words), MANY - 1, -1):
-        letters = zip(*(Path(word).stem for word in words[:count]), strict=False)
-        start = "".join(same[0] for same in takewhile(lambda same: len(set(same)) == 1, letters))
+        start = _beginning([Path(word).stem for word in words[:count]])
         beginning = words[0].removesuffix(first.name) + start
         there = sorted(map(str, first.parent.glob(f"{start}*{first.suffix}")))
         plain = shlex.quote(beginning + first.suffix) == beginning + first.suffix
@@ -71,12 +70,41 @@ def _pattern(words: Sequence[str]) -> tuple[str, int]:
     return "", 1
 
 
+def shortened(words: Sequence[str]) -> str:
+    """Words as one line to be read; of many files in a row how they begin, and how many they are:
+    `run*.csv, 20 files`."""
+    shown = list[str]()
+    for (folder, ending), same in groupby(words, key=lambda word: _kind(Path(word))):
+        alike = list(same)
+        if ending and len(alike) >= MANY:
+            start = _beginning([Path(word).stem for word in alike])
+            shown.append(f"{Path(folder) / f'{start}*{ending}'}, {len(alike)} files")
+        else:
+            shown += [shlex.quote(word) for word in alike]
+    return " ".join(shown)
+
+
+def _beginning(names: Sequence[str]) -> str:
+    """What all of them begin with."""
+    letters = takewhile(lambda same: len(set(same)) == 1, zip(*names, strict=False))
+    return "".join(same[0] for same in letters)
+
+
+def _kind(path: Path) -> tuple[str, str]:
+    return str(path.parent), path.suffix
+
+
 def applicable(diagnosis: Diagnosis) -> bool:
     """Whether something was found that a machine file can hold: no payload on some runs, and no
     effect of the user's own."""
     kept = diagnosis.effects or [change for change in diagnosis.changed if not change.runs]
+    return bool(kept) and _known(diagnosis)
+
+
+def _known(diagnosis: Diagnosis) -> bool:
+    """Whether all that was found is the library's or a parameter of the model."""
     foreign = any(effect.id not in library() for effect in diagnosis.effects)
-    return diagnosis.verdict in APPLICABLE and bool(kept) and not foreign
+    return diagnosis.verdict in APPLICABLE and not foreign
 
 
 def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, str]]:
@@ -92,7 +120,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
             "Or add the best of them" if diagnosis.verdict == "ambiguous" else "Add what was found"
         )
         steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
-    elif applicable(diagnosis) and diagnosis.effects:
+    elif something and _known(diagnosis) and invocation.base != "hexapod":
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
     if any(change.runs for change in diagnosis.changed):
@@ -124,3 +152,11 @@ def _separate(effect: Named, invocation: Invocation) -> list[tuple[str, str]]:
         return [(f"To tell {names} apart, measure: {plan}.", "")]
     text = f"To tell {names} apart, run {effect.experiment} twice ({plan}), then:"
     return [(text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]
+
+
+def best_of(effect: Named) -> str:
+    """How the effect that would be added is called in a question."""
+    text = f"{title(effect.id)} on {where(effect.axes)}"
+    if effect.rivals:
+        text += f" (the best of {1 + len(effect.rivals)} indistinguishable effects)"
+    return text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnose.next import Invocation, next_steps
+from flexhex.diagnose.next import Invocation, next_steps, shortened
 from flexhex.diagnose.plots import (
     candidate_bars,
     residual_bars,
@@ -60,7 +59,7 @@ def write_diagnosis(
         *_maps(diagnosis.maps),
         *_remarks(diagnosis, files),
     ]
-    command = shlex.join(invocation.words)
+    command = shortened(invocation.words)
     return write_page(path, "What the model lacks", command, parts)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnose.words import title, where
+from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 from flexhex.output.plots import LOG, Figure, figure, of_joint, per_joint, trace
 

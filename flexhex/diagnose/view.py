@@ -14,8 +14,9 @@ from rich.console import Console, Group
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
-from flexhex.diagnose.words import title, verdict, where
-from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Named, Residual, rms
+from flexhex.diagnose.titles import readable, title, where
+from flexhex.diagnose.words import verdict
+from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
 from flexhex.output import tables
 from flexhex.output.tables import Column
 
@@ -27,7 +28,7 @@ MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
 EFFECTS = ("effect", "where", "parameter", "value, 95 %", "unit", "explains")
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
-RESIDUAL = ("axis", "torque", "before", "after", "non-repeatable", "explained")
+RESIDUAL = ("axis", "torque about its mean", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
@@ -191,7 +192,8 @@ def shown_lines(shown: Mapping[str, Any]) -> list[str]:
 
 def remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Notes that the verdict has not said already."""
-    return diagnosis.notes[:-1] if diagnosis.verdict == "cannot tell" else diagnosis.notes
+    notes = diagnosis.notes[:-1] if diagnosis.verdict == "cannot tell" else diagnosis.notes
+    return tuple(readable(note) for note in notes)
 
 
 def _print_findings(out: Console, findings: Sequence[str]) -> None:
@@ -240,11 +242,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def best_of(effect: Named) -> str:
-    """How the effect that would be added is called in a question."""
-    text = f"{title(effect.id)} on {where(effect.axes)}"
-    if effect.rivals:
-        text += f" (the best of {1 + len(effect.rivals)} indistinguishable effects)"
-    return text

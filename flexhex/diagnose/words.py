@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,47 +12,25 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.changes import carriers, other_values
 from flexhex.diagnose.numbers import listed, number, percent
-from flexhex.diagnose.sizes import SEVERAL, sizes
+from flexhex.diagnose.rests import sizes_of, unexplained
+from flexhex.diagnose.sizes import sizes
+from flexhex.diagnose.titles import capital, phrase, where
+from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.naming import by_name
-from flexhex.diagnosis.result.verdict import UNCONFIRMED, Diagnosis, Named, Residual, Rest, rms
-from flexhex.fmus.common.effects import library
+from flexhex.diagnosis.result.verdict import (
+    LARGE,
+    UNCONFIRMED,
+    Diagnosis,
+    Named,
+    Residual,
+    rms,
+)
 
 Array = NDArray[Any]
-COUNTED = (
-    *("harmonic", "lag", "delay", "force", "mode"),
-    *("hysteresis", "base", "ring", "joint", "limit"),
-)
-"""Last words of titles that want an article."""
+UNNAMED = ("unknown", "cannot tell")
+"""Verdicts before which it is said that the model may not be this machine's."""
 COUNTED_FROM = 8
 """Answers of the study from which on their share says something."""
-
-
-@cache
-def title(effect: str) -> str:
-    """Title of an effect of the library; its id where there is none of that name."""
-    return library()[effect].title if effect in library() else effect.replace("_", " ")
-
-
-def phrase(effect: str) -> str:
-    """Its title with an article where one is wanted: `a flexible mode`, `Coulomb friction`."""
-    text = title(effect)
-    head = text.split(" of ")[0].split(" with ")[0]
-    counted = head.endswith(COUNTED) or head == "error"
-    return f"{'an' if text[0] in 'aeiou' else 'a'} {text}" if counted else text
-
-
-def where(axes: Sequence[int], short: bool = False) -> str:
-    """`axis 3`, `axes 2 and 5`, `the machine as a whole`."""
-    if not axes:
-        return "whole" if short else "the machine as a whole"
-    if len(axes) == 1:
-        return f"axis {axes[0]}"
-    return f"axes {listed([str(a) for a in axes])}"
-
-
-def capital(text: str) -> str:
-    """The first letter in capitals, the others as they are."""
-    return text[:1].upper() + text[1:]
 
 
 def explained(residual: Residual) -> float:
@@ -80,13 +57,20 @@ def amount(residual: Residual, values: Array, axes: Array | None = None) -> str:
 def verdict(diagnosis: Diagnosis) -> str:
     """The answer in one or two plain sentences, what runs carried, and how sure that is."""
     sentences = [SENTENCES[diagnosis.verdict](diagnosis), *carriers(diagnosis)]
+    if diagnosis.doubt and diagnosis.verdict in UNNAMED:
+        sentences.insert(0, _doubted(diagnosis.doubt))
     sure = diagnosis.confidence
     if sure and sure.of >= COUNTED_FROM:
         counts = f"{sure.right} of {sure.of} such answers in the study were right"
         sentences.append(f"Confidence {percent(sure.share)}: {counts}.")
-    if diagnosis.doubt and diagnosis.verdict != "cannot tell":
+    if diagnosis.doubt and diagnosis.verdict not in UNNAMED:
         sentences.append("But the model may not be this machine's: see the first finding.")
     return " ".join(sentences)
+
+
+def _doubted(doubt: str) -> str:
+    """The doubt itself, without what it asks: nothing else is worth a thought before."""
+    return f"{capital(doubt.partition('. ')[0].rstrip('?'))}: settle that first."
 
 
 def _named(diagnosis: Diagnosis) -> str:
@@ -150,7 +134,7 @@ def _on(effect: Named, axes: Sequence[int]) -> Named:
 
 
 def _changed(diagnosis: Diagnosis) -> str:
-    return " ".join(["No effect is missing.", *other_values(diagnosis)])
+    return " ".join([_undecided(diagnosis) or "No effect is missing.", *other_values(diagnosis)])
 
 
 def _beside(diagnosis: Diagnosis) -> list[str]:
@@ -158,29 +142,7 @@ def _beside(diagnosis: Diagnosis) -> list[str]:
     rests = [rest for rest in diagnosis.remains if not rest.form]
     if not rests:
         return []
-    return [f"Beside that a residual repeats: {_unexplained(rests)} {_rests(rests)}."]
-
-
-def _unexplained(rests: Sequence[Rest]) -> str:
-    """How far the library explains what remains."""
-    part = all(rest.fitted_share > 0 for rest in rests)
-    return "the library explains only in part" if part else "no effect of the library explains"
-
-
-def _rests(rests: Sequence[Rest]) -> str:
-    """`0.3 N m (2 % of its torque) on axis 1`, the largest shares first, a few of them."""
-    first = sorted(rests, key=lambda rest: -rest.share)
-    texts = []
-    for rest in first[:SEVERAL]:
-        force = "torque" if rest.unit == "N m" else "force"
-        share = f"{number(100 * rest.share, 2)} % of its {force}"
-        goes = f", which goes with {rest.what}" if rest.what else ""
-        names, part = listed([phrase(f) for f in rest.fitted]), number(100 * rest.fitted_share, 2)
-        names = names if len(rest.fitted) <= SEVERAL else f"{len(rest.fitted)} effects together"
-        fits = f" (of its mean square {names} would explain {part} %)" if names else ""
-        texts.append(f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}{fits}")
-    more = [f"less on {where(sorted(r.axis for r in first[SEVERAL:]))}"] if first[SEVERAL:] else []
-    return listed([*texts, *more])
+    return [f"Beside that a residual repeats: {unexplained(rests)} {sizes_of(rests)}."]
 
 
 def _unknown(diagnosis: Diagnosis) -> str:
@@ -188,7 +150,7 @@ def _unknown(diagnosis: Diagnosis) -> str:
     same = f" Identified: {listed(parts)}, but more than half of the residual remains."
     same = same if parts else ""
     if diagnosis.remains:
-        what, rests = _unexplained(diagnosis.remains), _rests(diagnosis.remains)
+        what, rests = unexplained(diagnosis.remains), sizes_of(diagnosis.remains)
         if all(rest.why == UNCONFIRMED for rest in diagnosis.remains):
             what = "one trajectory alone cannot name"
         return f"A residual repeats that {what}: {rests}.{same}"
@@ -208,11 +170,33 @@ def _unknown(diagnosis: Diagnosis) -> str:
 
 
 def _none(diagnosis: Diagnosis) -> str:
+    if text := _undecided(diagnosis):
+        return text
     residual = diagnosis.residual
     whole, noise = (amount(residual, v) for v in (residual.before, residual.non_repeatable))
     return (
         f"No effect is missing: {_fitted(residual)} leaves {whole} RMS of these runs, of which"
         f" {noise} does not repeat{_as_written(residual)}."
+    )
+
+
+def _undecided(diagnosis: Diagnosis) -> str:
+    """Where much more is left than differs between passes, although nothing is named; or nothing.
+    Of held-out runs where there are any: the parameters are not fitted to them."""
+    residual, held_out = diagnosis.residual, diagnosis.residual.held_out
+    torque = held_out.get("torque", residual.torque)
+    left = held_out.get("after", residual.after)
+    noise = np.nan_to_num(held_out.get("non_repeatable", residual.non_repeatable))
+    axes = np.flatnonzero(left**2 - noise**2 > (LARGE * torque) ** 2)
+    if not len(axes):
+        return ""
+    sizes = [f"{number(left[i])} of {number(torque[i])} {residual.units[i]}" for i in axes]
+    there = "" if len(torque) == 1 else f" on {where([int(i) + 1 for i in axes])}"
+    on = " of the held-out runs" if held_out else ""
+    what = "one trajectory" if ONE_TRAJECTORY in diagnosis.findings else "these runs"
+    return (
+        f"No effect is named, but the model leaves {listed(sizes)} RMS{there}{on}, and {what}"
+        " cannot tell why."
     )
 
 

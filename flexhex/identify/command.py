@@ -12,6 +12,7 @@ from flexhex.arguments import DEFAULT_MACHINE, AsJson, machine_file_of
 from flexhex.base_options import Base, Joints, Tolerances, base_options
 from flexhex.diagnose.options import once_each
 from flexhex.fmus.common.errors import UsageError
+from flexhex.identify.folder import target
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
@@ -66,6 +67,16 @@ def identify_command(
             " kind (.urdf, .xml), or all of them with intervals (.csv, .json)",
         ),
     ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FOLDER",
+            help="write all of it into a folder: identified.json, of a robot's or a machine's file"
+            " identified.urdf (.xml, .toml)",
+        ),
+    ] = None,
     fmu: Annotated[
         Path | None,
         typer.Option(
@@ -92,6 +103,7 @@ def identify_command(
     options, file = base_options(
         base, machine, joints, tolerance, log_options(torque_constant, unit or [], rename or [])
     )
+    write = target(write, out, base)
     if base != "hexapod":
         from flexhex.identify.any_base import Targets, identify_other
 

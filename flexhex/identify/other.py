@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 
+from flexhex.diagnose.titles import capital, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
 from flexhex.identify.view import with_deviation
@@ -59,6 +60,8 @@ def print_excitation(more: Excitation) -> None:
 def print_identified(identified: Identified, every: bool = False) -> None:
     """Parameters, sums that the runs determine, errors. every: what they do not determine too."""
     out = console()
+    if identified.doubt:
+        say(out, f"{capital(readable(identified.doubt))}\n")
     _print(out, "Parameters", identified.parameters, every)
     single = {one.name for one in identified.parameters}
     sums = [one for one in identified.combinations if one.name not in single]
@@ -66,10 +69,11 @@ def print_identified(identified: Identified, every: bool = False) -> None:
         _print(out, "Base parameters: sums that act as one", sums, every)
     hidden = [one for one in identified.parameters if not one.determined]
     if hidden and not every:
+        near = " and stay near the file's values" if _has_file(identified) else ""
         say(
             out,
             f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by these"
-            " motions by themselves and stay near the file's values (--all shows them).",
+            f" motions by themselves{near} (--all shows them).",
         )
     if identified.silent:
         say(out, f"No torque feels {_listed(identified.silent)}.")
@@ -80,9 +84,9 @@ def print_identified(identified: Identified, every: bool = False) -> None:
         say(out, f"The torques stand {late} in the logs, or a friction of another form does.")
     _print_errors(out, identified)
     for text in identified.findings:
-        say(out, f"finding: {text}")
+        say(out, f"finding: {readable(text)}")
     for text in identified.notes:
-        say(out, f"note: {text}")
+        say(out, f"note: {readable(text)}")
 
 
 def say(out: Console, text: str) -> None:
@@ -133,7 +137,14 @@ def _print_errors(out: Console, identified: Identified) -> None:
         left |= {f"{name}: identified": 100 * float(e.fitted[i]) for name, e in both}
         torque = f"{identified.errors.torque[i]:.3g} {unit}"
         rows.append({"axis": str(i + 1), "torque": torque, **left})
-    out.print(table("Share of the torque that is left (RMS)", columns, rows))
+    out.print(
+        table("Share of the torque that is left (RMS, of the torque with its mean)", columns, rows)
+    )
+
+
+def _has_file(identified: Identified) -> bool:
+    """Whether anything was known of the parameters before."""
+    return any(0 < one.tolerance < math.inf for one in identified.parameters)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -98,7 +98,8 @@ def with_deviation(value: float, std: float) -> str:
     place = -math.floor(math.log10(std)) + (f"{std:e}"[0] == "1")
     if place > 6:
         return f"{value:.5g} ± {std:.1g}"
-    return f"{value:.{max(place, 0)}f} ± {std:.{max(place, 0)}f}"
+    digits = max(place, 0)
+    return f"{round(value, digits) + 0.0:.{digits}f} ± {std:.{digits}f}"
 
 
 def _print_quality(out: Console, fit: Fit) -> None:

@@ -155,7 +155,7 @@ def test_arrangement_that_takes_the_torques_to_nothing_is_no_remedy() -> None:
         run.motion.theta[:, 0] += np.pi / 2
     assert mispaired(base(), shifted) == ""
     said = doubtful(base(), shifted)
-    assert "less would be with 270 degrees added to the angle of axis 1" in said
+    assert "less would be with 90 degrees taken from the angle of axis 1" in said
 
 
 def test_axis_whose_torque_never_changes_is_named(tmp_path: Path) -> None:

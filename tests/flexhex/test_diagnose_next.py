@@ -6,7 +6,7 @@ import shlex
 from dataclasses import replace
 from pathlib import Path
 
-from flexhex.diagnose.next import Invocation, next_steps
+from flexhex.diagnose.next import Invocation, next_steps, shortened
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from tests.flexhex.diagnoses import AMBIGUOUS, BASIC, CANNOT, CHANGED, NAMED, NONE, PAIR, UNKNOWN
 
@@ -42,7 +42,9 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
         "flexhex identify a.csv --base arm.urdf --diagnosis here/diagnosis.json --fmu inverse.fmu"
     )
     assert wanted in [command for _, command in next_steps(BASIC, invocation)]
-    assert wanted not in [command for _, command in next_steps(CHANGED, invocation)]
+    assert wanted in [command for _, command in next_steps(CHANGED, invocation)]
+    foreign = replace(BASIC, effects=(replace(BASIC.effects[0], id="gas_spring"),))
+    assert wanted not in [command for _, command in next_steps(foreign, invocation)]
 
 
 def test_logs_that_are_wrong_need_no_other_motion() -> None:
@@ -64,3 +66,13 @@ def test_files_that_a_pattern_gave_are_shown_as_that_pattern(tmp_path: Path) -> 
     for words in (runs[:2], runs[::-1], [f"{tmp_path}/a {k}.csv" for k in "bcd"]):
         line = Invocation(("flexhex", "diagnose", *words)).again()
         assert shlex.split(line)[2:] == words
+
+
+def test_head_of_a_page_says_how_many_files_there_are() -> None:
+    """Twenty paths in a line tell nobody anything; two are still names."""
+    runs = [f"data/run{k}.csv" for k in range(20)]
+    words = ("flexhex", "diagnose", *runs, "--held-out", "a b.csv", "c.csv", "--base", "axis")
+    assert shortened(words) == (
+        "flexhex diagnose data/run*.csv, 20 files --held-out 'a b.csv' c.csv --base axis"
+    )
+    assert shortened(("diagnose", "a.csv", "b.csv", "c.csv")) == "diagnose *.csv, 3 files"

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from flexhex.diagnose.numbers import number
-from flexhex.diagnose.words import phrase, verdict
+from flexhex.diagnose.titles import phrase, readable
+from flexhex.diagnose.words import verdict
+from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.verdict import UNCONFIRMED, Changed, Named, Rest
 from flexhex.fmus.common.effects import library
@@ -107,7 +109,7 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     several = replace(fitted, fitted=("a", "b", "c", "d"))
     assert "square 4 effects together would" in verdict(replace(unknown, remains=(several,)))
     doubtful = verdict(replace(unknown, remains=(fitted,), doubt="another machine's file?"))
-    assert doubtful.endswith("But the model may not be this machine's: see the first finding.")
+    assert doubtful.startswith("Another machine's file: settle that first. A residual repeats")
     alone = replace(fitted, why=UNCONFIRMED)
     assert verdict(replace(unknown, remains=(alone,))).startswith(
         "A residual repeats that one trajectory alone cannot name: 2.9 N (20 % of its force)"
@@ -184,3 +186,41 @@ def test_every_effect_of_the_library_has_a_phrase_that_reads() -> None:
     assert {"flexible_mode", "cable_force", "drive_lag", "gravity_tilt", "drive_gain"} <= articles
     assert not articles & {"coulomb_friction", "quadratic_drag", "cubic_stiffness"}
     assert phrase("encoder_eccentricity") == "an eccentric encoder ring"
+
+
+def test_doubt_about_the_model_stands_before_an_answer_that_names_nothing() -> None:
+    """What else is to be done is worth nothing before; beside a name it stands at the end."""
+    doubt = "95% stays of axis 2; less would be with 90 degrees taken from it. Unless: which file?"
+    first = "95% stays of axis 2; less would be with 90 degrees taken from it: settle that first. "
+    assert verdict(replace(CANNOT, doubt=doubt)) == first + SENTENCES["cannot tell"]
+    assert verdict(replace(BASIC, doubt=doubt)).endswith(" see the first finding.")
+
+
+@pytest.mark.parametrize("name", ["none", "changed"])
+def test_nothing_is_called_complete_that_leaves_a_fifth_of_a_torque(name: str) -> None:
+    """0.5 of 2 N m on held-out runs, of which 0.009 does not repeat, is no silence."""
+    example = EXAMPLES[name]
+    left = np.where(np.arange(6) == 1, 0.5, 0.1)
+    held_out = {**example.residual.held_out, "after": left}
+    much = replace(example, residual=replace(example.residual, held_out=held_out))
+    said = (
+        "No effect is named, but the model leaves 0.500 of 2.00 N m RMS on axis 2 of the held-out"
+        " runs, and these runs cannot tell why."
+    )
+    assert verdict(much).startswith(said)
+    alone = replace(much, findings=(ONE_TRAJECTORY,))
+    assert "and one trajectory cannot tell why." in verdict(alone)
+    noisy = {**held_out, "non_repeatable": left}
+    residual = replace(example.residual, held_out=noisy)
+    assert verdict(replace(example, residual=residual)).startswith("No effect is missing")
+    fitted = replace(example.residual, held_out={}, after=left)
+    assert " RMS on axis 2, and these" in verdict(replace(example, residual=fitted))
+
+
+def test_notes_have_titles_for_ids_and_keep_the_names_of_parameters() -> None:
+    assert readable("coulomb_friction on axis 2, time_delay: no") == (
+        "Coulomb friction on axis 2, delay of the drive: no"
+    )
+    same = "cogging_harmonic.a[2], my_coulomb_friction, viscous_friction[1], F_c[1]"
+    assert readable(same) == same
+    assert readable("it is cable_force.") == "it is cable force."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -11,7 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
+from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.planning.trajectory import read_trajectory
+from flexhex.diagnosis.prepare import Options
+from flexhex.identify.folder import target
+from flexhex.identify.other import print_identified
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -143,3 +148,41 @@ def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
     assert {"o[2]", "wrist.m"} <= {one["name"] for one in data["parameters"]}
     done = RUN.invoke(app, [*words[:-1], str(file)])
     assert "is the robot's file itself" in str(done.exception)
+
+
+def test_out_is_a_folder_as_of_diagnose(runs: list[str], tmp_path: Path) -> None:
+    """A file in its place is refused with the option that takes one."""
+    words, out = ["identify", *runs[:2], "--base", BASE], tmp_path / "new" / "found"
+    done = RUN.invoke(app, [*words, "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    assert json.loads((out / "identified.json").read_text())["parameters"]
+    for more, said in (
+        (["--out", str(tmp_path / "a.json")], "must be a folder, as of `diagnose`"),
+        (["--out", str(out), "--write", "a.csv"], "names the file already"),
+    ):
+        refused = RUN.invoke(app, [*words, *more])
+        assert getattr(refused.exception, "exit_code", None) == 2, refused.output
+        assert said in str(refused.exception)
+    assert not (tmp_path / "a.json").exists()
+
+
+@pytest.mark.parametrize(("base", "file"), [
+    ("arm.urdf", "identified.urdf"), ("arm.xml", "identified.xml"), ("arm.sdf", "identified.json"),
+    ("axis", "identified.json"), ("hexapod", "identified.toml"),
+])  # fmt: skip
+def test_out_has_the_file_that_its_base_model_is_written_as(
+    base: str, file: str, tmp_path: Path
+) -> None:
+    assert target(None, tmp_path / "out", base) == tmp_path / "out" / file
+    assert (tmp_path / "out").is_dir()
+
+
+def test_doubt_stands_first_and_notes_have_titles(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    identified = identify([Path(runs[0])], options=Options(BASE))
+    notes = ("coulomb_friction is indistinguishable from load_friction: it is fitted",)
+    print_identified(replace(identified, doubt="other signs?", notes=notes))
+    shown = capsys.readouterr().out
+    assert shown.startswith("Other signs?")
+    assert "note: Coulomb friction is indistinguishable from load-dependent friction" in shown

@@ -190,7 +190,7 @@ def test_effect_that_an_axis_has_twice_is_fitted_twice(tmp_path: Path) -> None:
     ({"parameters": []}, "is no diagnosis"),
     ([1], "is no diagnosis"),
     ({"effects": [{"id": "cogging_harmonic"}]}, "is no diagnosis"),
-    ({"verdict": "none", "effects": []}, "verdict `none`, no effect: take it out"),
+    ({"verdict": "none", "effects": []}, "verdict `none`, nothing found: take it out"),
 ])  # fmt: skip
 def test_other_files_are_refused(data: Any, said: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=said):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.records import Identified
@@ -13,6 +15,7 @@ from flexhex.diagnosis.prepare import Options
 from tests.compare import assert_close
 from tests.diagnosis.estimation import machines
 
+Array = NDArray[np.float64]
 HEAVY = machines.CART.replace('density="2000"', 'density="6000"')
 """The cart with three times the gripper."""
 
@@ -72,16 +75,29 @@ def test_another_friction_on_one_run_is_no_payload(tmp_path: Path) -> None:
     assert not any("announces" in note for note in identified.notes)
 
 
-def test_an_axis_that_carries_more_is_named_by_its_inertia(tmp_path: Path) -> None:
+def loaded_axis(folder: Path, more: Callable[[Array], Array]) -> Identified:
+    """An axis along three motions, with half as much again on the last; more: what it lacks."""
     t, paths = np.arange(5000) * machines.TS, []
     for seed, inertia in ((1, 0.4), (2, 0.4), (3, 0.6)):
         q, v, a = machines.moved(t, seed, (0.8,))
         tau = inertia * a + 3.0 * inertia * np.cos(q) + machines.rubbed(v, (0.2,), (0.1,))
-        path = tmp_path / f"{seed}.csv"
-        paths.append(machines.write(path, t, q, tau, (False,), f"# trajectory: {seed}\n", seed))
-    identified = identify(paths, options=Options("axis"))
+        path, head = folder / f"{seed}.csv", f"# trajectory: {seed}\n"
+        paths.append(machines.write(path, t, q, tau + more(q), (False,), head, seed))
+    return identify(paths, options=Options("axis"))
+
+
+def test_an_axis_that_carries_more_is_named_by_its_inertia(tmp_path: Path) -> None:
+    identified = loaded_axis(tmp_path, np.zeros_like)
     low, high = identified["payload.J[1]"].estimate.ci95
     assert low <= 0.2 <= high
     assert high - low < 0.01
     assert identified.notes[0].startswith("3.csv: carries 0.2")
     assert_close(identified["J[1]"].estimate.value, 0.4, rtol=1e-3)
+
+
+def test_a_model_that_lacks_a_fifth_of_the_torque_shows_no_payload(tmp_path: Path) -> None:
+    """A torque of the place that no term has bends whatever is fitted."""
+    identified = loaded_axis(tmp_path, lambda q: np.asarray(4.0 * np.sin(15.0 * q)))
+    assert identified.errors.fitted[0] > 0.2
+    assert not any(one.name.startswith("payload") for one in identified.parameters)
+    assert not any("announces" in note for note in identified.notes)

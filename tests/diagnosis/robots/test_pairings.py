@@ -124,7 +124,7 @@ def test_another_zero_is_said() -> None:
     """It looks like an effect that the machine may have, too."""
     text = messages(same, same, np.array([0, np.pi / 2, 0, 0, 0, 0]))
     assert text.startswith(SAID)
-    assert "270 degrees added to the angle of axis 2" in text
+    assert "90 degrees taken from the angle of axis 2" in text
 
 
 def test_another_robot_is_not_taken_in_silence(tmp_path: Path) -> None:
