@@ -81,7 +81,7 @@ def library(
     """Shared library of one block: step.c, its header, generated code; flags: for step.c."""
     name, block = interface.name, interface.name
     texts = {path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")}
-    for header in ("block.h", "pair.h"):
+    for header in ("block.h", "pair.h", "wide.h"):
         texts[header] = (RUNTIME / header).read_text(encoding="utf-8")
     texts[f"{block}.h"] = sources.header(interface, functions, block)
     headers = "\0".join(texts[key] for key in sorted(texts))

@@ -29,7 +29,10 @@ def state_sizes(blocks: Sequence[str], texts: Mapping[str, str], cache: Path) ->
     cache.mkdir(parents=True, exist_ok=True)
     externs = "\n".join(f"extern const flexhex_block {block}_block;" for block in blocks)
     listed = ", ".join(f"&{block}_block" for block in blocks)
-    shared = {name: (RUNTIME / name).read_text(encoding="utf-8") for name in ("block.h", "pair.h")}
+    shared = {
+        name: (RUNTIME / name).read_text(encoding="utf-8")
+        for name in ("block.h", "pair.h", "wide.h")
+    }
     files = {**texts, **shared}
     files["probe.c"] = _PROBE_C.format(externs=externs, blocks=listed)
     headers = "\0".join(text for name, text in sorted(files.items()) if name.endswith(".h"))

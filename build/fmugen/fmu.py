@@ -28,6 +28,9 @@ FMI = RUNTIME / "fmi2"
 """The three headers of the standard, FMI 2.0.5."""
 FMI_HEADERS = tuple(sorted(path.name for path in FMI.glob("*.h")))
 CONFIG = "flexhex_config.h"
+ANY = "any_fmu"
+"""Identifier that the adapter's own objects are compiled for: one library holds one FMU, so all
+FMUs share them."""
 LICENSES = RUNTIME / "license.txt"
 """Of all that an archive holds."""
 
@@ -117,21 +120,26 @@ def _guid(texts: dict[str, str], description: bytes) -> str:
 def _compile(
     texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path, platform: str
 ) -> bytes:
-    generator = tool(platform)
+    generator, adapter = tool(platform), {**_runtime(), CONFIG: sources.config(ANY)}
     cache.mkdir(parents=True, exist_ok=True)
-    headers = hashlib.sha256(
-        "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h")).encode()
-    ).hexdigest()
     with tempfile.TemporaryDirectory(dir=cache) as folder:
         work = Path(folder)
-        for name, text in texts.items():
-            (work / name).write_text(text, encoding="utf-8")
+        shared = work / "shared"
+        for place, written in ((work, texts), (shared, adapter)):
+            place.mkdir(exist_ok=True)
+            for name, text in written.items():
+                (place / name).write_text(text, encoding="utf-8")
+        headers, of_adapter = _headers(texts), _headers(adapter)
 
         def compiled(name: str) -> Path:
-            # generated equations include nothing of ours: their object outlives header changes
-            generated = name.endswith("_casadi.c")
-            seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *strict()))
-            return compile_object(work / name, seen, cache, (*HIDDEN, *more), generator)
+            warned = (*HIDDEN, *LOOPS, *strict())
+            if name in adapter:
+                return compile_object(shared / name, of_adapter, cache, warned, generator)
+            if name.endswith("_casadi.c"):
+                # generated equations include nothing of ours: their object outlives header changes
+                return compile_object(work / name, "", cache, (*HIDDEN, *SMALL), generator)
+            table = (f"-D{identifier}_fmu={ANY}_fmu",) if name.endswith("_fmu.c") else ()
+            return compile_object(work / name, headers, cache, (*warned, *table), generator)
 
         library = work / f"{identifier}.{PLATFORMS[platform].suffix}"
         objects = [compiled(name) for name in units]
@@ -143,3 +151,9 @@ def _compile(
                 path.unlink(missing_ok=True)
             objects = [compiled(name) for name in units]
             return link_shared(objects, library, tool=generator).read_bytes()
+
+
+def _headers(texts: Mapping[str, str]) -> str:
+    """Hash of all headers."""
+    listed = "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h"))
+    return hashlib.sha256(listed.encode()).hexdigest()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +18,8 @@ ORDER = 2
 """Order of the model that whitens an axis."""
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
+LINES = 64
+"""Lengths of runs whose straight lines are kept."""
 INEXACT = 0.003
 """Error of the model's forms, relative to the torque's RMS: it repeats, and is not seen between
 passes; as white noise, it keeps whitening from trusting what is quieter than the model is good."""
@@ -139,11 +142,14 @@ def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float
     return np.asarray(np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
 
 
+@lru_cache(LINES)
 def line(count: int) -> Array:
-    """Orthonormal base (count, 2) of a run's offset and slope."""
+    """Orthonormal base (count, 2) of a run's offset and slope; kept, so nobody writes into it."""
     rows = np.arange(count) - (count - 1) / 2
     unit = np.stack([np.ones(count), rows], axis=1)
-    return np.asarray(unit / np.maximum(np.linalg.norm(unit, axis=0), np.finfo(float).tiny))
+    base = unit / np.maximum(np.linalg.norm(unit, axis=0), np.finfo(float).tiny)
+    base.flags.writeable = False
+    return np.asarray(base)
 
 
 def settled(usable: Mask) -> Mask:

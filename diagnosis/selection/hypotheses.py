@@ -109,12 +109,13 @@ class Hypotheses:
         weight = self.rows.model.raw if self.with_torque(name) else None
         return promising_orders(self.rows, axis, left, most, weight)
 
-    def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
-        """The same effect with one shape alone; kept, as a search comes back to its shapes."""
-        key = effect.id, effect.axis, tuple(sorted(shape.items())), effect.choices
+    def shaped(self, effect: EffectHypothesis, *shapes: Mapping[str, float]) -> EffectHypothesis:
+        """The same effect with other shapes; kept, as a search comes back to its shapes."""
+        wanted = [tuple(sorted(shape.items())) for shape in shapes]
+        key = effect.id, effect.axis, *wanted, effect.choices
         if key not in self._shaped:
-            hypothesis = self._hypothesis(effect.id, effect.axis, [shape])
-            self._shaped[key] = replace(hypothesis, choices=effect.choices)
+            known = tuple(self._known_of(effect.id, effect.axis, shape) for shape in shapes)
+            self._shaped[key] = replace(effect, shapes=shapes, known=known)
         return self._shaped[key]
 
     def searched(self, effect: EffectHypothesis) -> list[Shape]:
@@ -153,8 +154,8 @@ class Hypotheses:
         less = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
         ordered = tuple((places[name], places[more], times) for name, more, times in less)
 
-        def taken() -> Array:
-            listed = [self.bench.taken(name, axis or 0, shape) for shape in shapes]
+        def taken(chosen: Sequence[Mapping[str, float]]) -> Array:
+            listed = [self.bench.taken(name, axis or 0, shape) for shape in chosen]
             return self.rows.raw([np.stack(own, axis=1) for own in zip(*listed, strict=True)])
 
         return EffectHypothesis(
@@ -193,12 +194,12 @@ class Hypotheses:
         """Whitened columns (R, shapes * k) of each axis that feels them; kept shape by shape."""
         keys = [(name, axis, tuple(shape.items())) for shape in shapes]
         new = {key: shape for key, shape in zip(keys, shapes, strict=True) if key not in self._keep}
-        thin = [self._thin(name, axis, shape) for shape in new.values()]
-        for i in thin[0] if thin else ():
-            own = [np.hstack(block) for block in zip(*(t[i] for t in thin), strict=True)]
-            parts = np.split(self.rows.white(i, own), len(new), axis=1)
-            for key, part in zip(new, parts, strict=True):
-                self._keep.add(key, i, part)
+        if new:
+            thin, columns = [self._thin(name, axis, shape) for shape in new.values()], {}
+            for i in thin[0]:
+                own = [np.hstack(block) for block in zip(*(t[i] for t in thin), strict=True)]
+                columns[i] = self.rows.white(i, own)
+            self._keep.add(list(new), columns)
         return self._keep.side_by_side(keys)
 
     def _known_of(self, name: str, axis: Axis, shape: Mapping[str, float]) -> ShapeProducts:

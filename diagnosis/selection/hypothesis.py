@@ -38,7 +38,8 @@ class EffectHypothesis:
     a fit may choose; extends: the simpler effect that it becomes without its further gains; limit:
     that at an end of its shape's range;
     choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
-    change of the reported torque that a gain of one takes away, if the columns are of that torque;
+    change of the reported torque that a gain of one takes away, if the columns are of that torque,
+    for some shapes;
     slow: it goes with angle, rate and time alone; ordered: pairs of gains of which the first is at
     most so many times the second; known: of each shape."""
 
@@ -54,7 +55,7 @@ class EffectHypothesis:
     exact: bool
     most: int
     choices: int = 1
-    taken: Callable[[], Array] | None = None
+    taken: Callable[[Sequence[Mapping[str, float]]], Array] | None = None
     slow: bool = False
     limit: str = ""
     ordered: tuple[tuple[int, int, float], ...] = ()
@@ -81,7 +82,7 @@ class EffectHypothesis:
     @cached_property
     def _taken(self) -> Array:
         assert self.taken is not None
-        return self.taken()
+        return self.taken(self.shapes)
 
     def beside(self, moments: Moments) -> Products:
         """Products of all shapes' columns with a model's; of each shape kept, as a search comes

@@ -58,12 +58,14 @@ def _uphill(
         for shape in hypotheses.searched(effect):
             now, name = best.shapes[0], shape.name
             below, above = _way(effect, start, name)
-            for value in (now[name] - below / 2**level, now[name] + above / 2**level):
-                value = float(np.clip(value, shape.low, shape.high))
-                other = hypotheses.shaped(effect, {**now, name: value})
-                trial = tried(moments, other)
-                if trial[None].evidence[0] > fits[None].evidence[0]:
-                    best, fits = other, trial
+            values = np.array([now[name] - below / 2**level, now[name] + above / 2**level])
+            beside = [{**now, name: v} for v in np.clip(values, shape.low, shape.high).tolist()]
+            # both in one go, which reads the base model's columns once
+            trials = tried(moments, hypotheses.shaped(effect, *beside))
+            higher = int(np.argmax(trials[None].evidence))
+            if trials[None].evidence[higher] > fits[None].evidence[0]:
+                best = hypotheses.shaped(effect, beside[higher])
+                fits = {left: trial.of(higher) for left, trial in trials.items()}
     return best, fits
 
 

@@ -6,6 +6,7 @@
 #include "filter.h"
 
 #include "effects.h"
+#include "wide.h"
 
 #include <math.h>
 #include <string.h>
@@ -33,9 +34,48 @@ typedef struct {
 #endif
 } state;
 
+/* Weighted sum of the first `count` values of the samples in the window that ends `age` samples
+   before the newest. Four samples at a time spare most of the sums' way to memory and back. */
+static INLINE void sums(const state *s, int age, int count, double *restrict sum) {
+  const double *sample[POINTS + 3];
+  double tap[POINTS + 3] = {0.0};
+  int at = ((int)s->newest + LENGTH - age) % LENGTH;
+  for (int n = 0; n < POINTS; ++n) {
+    sample[n] = s->ring[at];
+    tap[n] = s->taps[n];
+    at = at == 0 ? LENGTH - 1 : at - 1;
+  }
+  sample[POINTS] = sample[POINTS + 1] = sample[POINTS + 2] = s->ring[at];
+  memset(sum, 0, (size_t)count * sizeof *sum);
+  for (int n = 0; n < POINTS; n += 4) {
+    const double *a = sample[n], *b = sample[n + 1], *c = sample[n + 2], *d = sample[n + 3];
+    const double w_a = tap[n], w_b = tap[n + 1], w_c = tap[n + 2], w_d = tap[n + 3];
+    for (int k = 0; k < count; ++k) {
+      sum[k] += (w_a * a[k] + w_b * b[k]) + (w_c * c[k] + w_d * d[k]);
+    }
+  }
+}
+
+/* The same in as many doubles at once as the processor has: same bits. */
+static void sums_in_pairs(const state *s, int age, int count, double *sum) {
+  sums(s, age, count, sum);
+}
+
+#ifdef QUADS
+static QUADS void sums_in_quads(const state *s, int age, int count, double *sum) {
+  sums(s, age, count, sum);
+}
+#endif
+
+/* The faster of the two on this processor, for all instances. */
+static void (*window)(const state *s, int age, int count, double *sum) = sums_in_pairs;
+
 static bool start(const filter_parameters *p, void *memory, filter_outputs *y, char *message,
                   size_t size) {
   state *s = (state *)memory;
+#ifdef QUADS
+  window = quads_there() ? sums_in_quads : sums_in_pairs;
+#endif
   if (p->alignment != floor(p->alignment)) {
     snprintf(message, size, "alignment = %.17g, must be a whole number", p->alignment);
     return false;
@@ -55,28 +95,6 @@ static bool start(const filter_parameters *p, void *memory, filter_outputs *y, c
   filter_effect_columns(rest.all, s->effects.state, y->chi_f + N_CHI);
 #endif
   return true;
-}
-
-/* Weighted sum of the first `count` values of the samples in the window that ends `age` samples
-   before the newest. Four samples at a time spare most of the sums' way to memory and back. */
-static void window(const state *s, int age, int count, double *restrict sum) {
-  const double *sample[POINTS + 3];
-  double tap[POINTS + 3] = {0.0};
-  int at = ((int)s->newest + LENGTH - age) % LENGTH;
-  for (int n = 0; n < POINTS; ++n) {
-    sample[n] = s->ring[at];
-    tap[n] = s->taps[n];
-    at = at == 0 ? LENGTH - 1 : at - 1;
-  }
-  sample[POINTS] = sample[POINTS + 1] = sample[POINTS + 2] = s->ring[at];
-  memset(sum, 0, (size_t)count * sizeof *sum);
-  for (int n = 0; n < POINTS; n += 4) {
-    const double *a = sample[n], *b = sample[n + 1], *c = sample[n + 2], *d = sample[n + 3];
-    const double w_a = tap[n], w_b = tap[n + 1], w_c = tap[n + 2], w_d = tap[n + 3];
-    for (int k = 0; k < count; ++k) {
-      sum[k] += (w_a * a[k] + w_b * b[k]) + (w_c * c[k] + w_d * d[k]);
-    }
-  }
 }
 
 /* Dahl states follow the angle alone, through a backlash that removes its noise; at the first

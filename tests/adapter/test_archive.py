@@ -95,6 +95,18 @@ def test_other_start_values_compile_one_table(tmp_path: Path) -> None:
     assert [p.name.split("-")[0] for p in new] == ["toy_fmu"]
 
 
+def test_adapter_is_compiled_once_for_fmus_of_any_name(tmp_path: Path) -> None:
+    toys.build(tmp_path)
+    before = set((tmp_path / "cache").glob("*.o"))
+    toys.build(tmp_path, name="toy_other")
+    new = set((tmp_path / "cache").glob("*.o")) - before
+    assert sorted(p.name.split("-")[0] for p in new) == [
+        "toy_other_casadi",
+        "toy_other_fmu",
+        "toy_other_step",
+    ]
+
+
 def test_numbers_read_back_exactly(tmp_path: Path) -> None:
     odd = (0.1 + 0.2, 5e-324, -1.7976931348623157e308)
     interface = changed(toys.interface(), "begin", start=odd)

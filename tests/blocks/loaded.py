@@ -125,7 +125,10 @@ def build(block: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, I
     step = step_file(block)
     texts = {
         f"{block}.h": sources.header(interface, functions, block),
-        **{name: (RUNTIME / name).read_text(encoding="utf-8") for name in ("block.h", "pair.h")},
+        **{
+            name: (RUNTIME / name).read_text(encoding="utf-8")
+            for name in ("block.h", "pair.h", "wide.h")
+        },
         **{path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")},
         f"{block}_step.c": step.read_text(encoding="utf-8"),
         f"{block}_casadi.c": codegen.casadi_source(functions, block, block),
