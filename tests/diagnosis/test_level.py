@@ -50,9 +50,7 @@ def test_free_fit_follows_the_rows() -> None:
 
 
 @pytest.mark.parametrize(("off", "times"), [(1.0, []), (49.0, [7.0])])
-def test_wrong_file_is_asked_for_where_a_fit_finds_it_off(
-    off: float, times: list[float]
-) -> None:
+def test_wrong_file_is_asked_for_where_a_fit_finds_it_off(off: float, times: list[float]) -> None:
     known = [Known(f"m[{k}]", "kg", 2.0, 0.1, "m") for k in range(3)]
     more = Known("delay", "s", 0.0, 1e-3, "delay")
     hypotheses = Hypotheses.__new__(Hypotheses)
