@@ -129,9 +129,9 @@ class EffectHypothesis:
             return
         white, twins, parts = self._white(new), moments.twins(term), moments.rows.parts
         common = [(twins[i], white[i]) for i in twins.keys() & white.keys()]
-        products = [sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts.values()]
+        products = np.stack([sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts.values()])
         for at, s in self._placed(new):
-            self.known[s].terms[term] = np.stack(products)[:, :, at]
+            self.known[s].terms[term] = products[:, :, at]
 
     def _white(self, chosen: Sequence[int]) -> Mapping[int, Array]:
         return self.columns([self.shapes[s] for s in chosen])
