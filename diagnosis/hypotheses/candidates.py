@@ -17,6 +17,7 @@ from flexhex.diagnosis.hypotheses.turning import followed, halved, states_along
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
+from flexhex.numeric.rows import alike
 
 Array = NDArray[np.float64]
 LARGER = 2.0
@@ -138,12 +139,12 @@ class Bench:
             return self._felt(item, axis, shape)
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         listed = self._inputs(item, axis, seen=True)
-        states = [np.zeros((len(x), 1)) for x in listed]
+        states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
             whole = self._states(item, shape, axis, fixed)
             states = [z[b.seen] for z, b in zip(whole, self.model.blocks, strict=True)]
         return [
-            block.smooth_seen(item.columns(x, z, np.tile(fixed, (len(x), 1)))[0])
+            block.smooth_seen(item.columns(x, z, alike(fixed, len(x)))[0])
             for block, x, z in zip(self.model.blocks, listed, states, strict=True)
         ]
 
@@ -154,7 +155,7 @@ class Bench:
         if key not in self._errors or self._errors[key][0] != shape:
             fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
             inputs = self._inputs(item, axis)
-            rest = [(np.zeros((len(x), 1)), np.tile(fixed, (len(x), 1))) for x in inputs]
+            rest = [(alike(np.zeros(1), len(x)), alike(fixed, len(x))) for x in inputs]
             columns = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
             turned = self._misread.geared if item.effect.geared else self._misread.turned
             self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(columns)]
@@ -169,7 +170,7 @@ class Bench:
         for block, inputs in zip(self.model.blocks, self._inputs(item, axis), strict=True):
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
-            state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
+            state, fixes = alike(np.zeros(1), len(inputs)), alike(fixed, len(inputs))
             above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
             shares.append(block.smooth((above - below)[:, 0] / (2 * step)))
         return shares
