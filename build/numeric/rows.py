@@ -40,7 +40,10 @@ class RowFunction:
         self._outs = [function.numel_out(k) for k in range(function.n_out())]
 
     def __call__(self, *arguments: Array) -> list[Array]:
-        """Evaluate every row; of an input that is the same in all (`alike`) one row is kept. ValueError when shapes do not fit."""
+        """Evaluate every row. An input that is the same in all is best given as `alike`.
+
+        ValueError when shapes do not fit.
+        """
         rows = len(arguments[0])
         for k, (array, size) in enumerate(zip(arguments, self._ins, strict=True)):
             if array.shape != (rows, size):

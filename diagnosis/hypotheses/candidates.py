@@ -112,8 +112,7 @@ class Bench:
     def _possible(self, name: str, axis: int) -> list[dict[str, float]]:
         if name not in self.effects:
             return [{}]
-        item = self.effects[name]
-        effect = item.effect
+        effect = (item := self.effects[name]).effect
         if effect.turning and not self.scales.kinds[axis].turns:
             return []
         if effect.geared and not self.model.base.rotors:
@@ -170,8 +169,8 @@ class Bench:
         for block, inputs in zip(self.model.blocks, self._inputs(item, axis), strict=True):
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
-            state, fixes = alike(np.zeros(1), len(inputs)), alike(fixed, len(inputs))
-            above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
+            rest = alike(np.zeros(1), len(inputs)), alike(fixed, len(inputs))
+            above, below = (item.columns(inputs + way * pushed, *rest)[0] for way in (1, -1))
             shares.append(block.smooth((above - below)[:, 0] / (2 * step)))
         return shares
 
