@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,9 +27,16 @@ class Products:
 
     def without(self, left: Left) -> tuple[Array, Array, Array]:
         """Sums of all folds but one."""
-        kept = [fold != left for fold in self.folds]
-        cross, right, own = (v[kept].sum(axis=0) for v in (self.cross, self.right, self.own))
-        return cross, right, own
+        if left is None:
+            return self.whole
+        fold = self.folds.index(left)
+        cross, right, own = self.whole
+        return cross - self.cross[fold], right - self.right[fold], own - self.own[fold]
+
+    @cached_property
+    def whole(self) -> tuple[Array, Array, Array]:
+        """Sums of all folds."""
+        return self.cross.sum(axis=0), self.right.sum(axis=0), self.own.sum(axis=0)
 
 
 @dataclass(eq=False)
