@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.hypotheses.compiled import Compiled
+from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.misread import Misread
 from flexhex.diagnosis.hypotheses.scales import Scales
-from flexhex.diagnosis.hypotheses.signals import TORQUES, entering, passed_on, signals_of
-from flexhex.diagnosis.hypotheses.turning import followed, halved, states_along
+from flexhex.diagnosis.hypotheses.signals import entering, passed_on, signals_of
+from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
@@ -136,11 +135,23 @@ class Bench:
         item = self.effects[name]
         if item.effect.acts_on == "measurement":
             return self._felt(item, axis, shape)
+        if not item.moved or self.across:
+            return self._smoothed(item, axis, shape)
+        key, blocks = (item.effect, axis, *shape.items()), self.model.blocks
+        if all(key in block.made for block in blocks):
+            return [block.made[key] for block in blocks]
+        columns = self._smoothed(item, axis, shape)
+        for block, own in zip(blocks, columns, strict=True):
+            block.keep(key, own)
+        return columns
+
+    def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         listed = self._inputs(item, axis, seen=True)
         states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
-            whole = self._states(item, shape, axis, fixed)
+            runs, signals = [b.run for b in self.model.blocks], self._followed(item, axis)
+            whole = states_of(item, shape, axis, runs, signals, self.across)
             states = [z[b.seen] for z, b in zip(whole, self.model.blocks, strict=True)]
         return [
             block.smooth_seen(item.columns(x, z, alike(fixed, len(x)))[0])
@@ -206,32 +217,6 @@ class Bench:
                 inputs[:, TORQUES] = self._elsewhere(place)[k][:, axis]
             inputs_of_blocks.append(inputs[self.model.blocks[k].seen] if seen else inputs)
         return inputs_of_blocks
-
-    def _states(
-        self, item: Compiled, shape: Mapping[str, float], axis: int, fixed: Array
-    ) -> list[Array]:
-        """States (samples, states) along each block, from rest or from run to run.
-
-        What happened before or between the runs that are known is taken to have been like the
-        next one.
-        """
-        assert item.along is not None
-        states: dict[int, Array] = {}
-        blocks, state, now = self.model.blocks, None, 0.0
-        for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
-            run = blocks[k].run
-            signals, finer = self._followed(item, axis)[k]
-            if state is None or not self.across:
-                rest = item.effect.start(float(signals[0, 0]), shape)
-                state = np.array(ca.DM(rest), dtype=float).ravel()
-            if self.across:
-                length = run.motion.ts * len(signals)
-                for _ in range(round((run.start - now) / length)):
-                    state = item.along(state, signals, fixed)[-1]
-                now = run.start + length
-            states[k] = states_along(item, state, finer, fixed, run.motion, axis)
-            state = states[k][-1]
-        return [states[k] for k in range(len(blocks))]
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:

@@ -18,6 +18,8 @@ from flexhex.numeric.scan import ScanFunction, scans
 Array = NDArray[np.float64]
 N_SIGNAL = 6
 """theta, thetad, thetadd, tau, taud, time."""
+TORQUES = slice(3, 5)
+"""Places of a torque and its rate among them."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class Compiled:
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
     by_way: its states follow the way that angles go: noise must not count as way.
     slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
+    moved: it goes with motion and time alone, whatever a fit makes of the torque.
     """
 
     effect: Effect
@@ -35,6 +38,7 @@ class Compiled:
     alone: bool = False
     by_way: bool = False
     slow: bool = False
+    moved: bool = False
 
     @property
     def searched(self) -> list[Shape]:
@@ -73,7 +77,7 @@ def compiled(
     )
     pairs = zip(chosen, columns, strict=True)
     from_library = [
-        Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n), _is_slow(e, n))
+        Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n), *_is_moved(e, n))
         for e, c in pairs
     ]
     return from_library + own
@@ -99,9 +103,12 @@ def _is_alone(effect: Effect, n: int) -> bool:
     return not _depends(effect, n)[N_SIGNAL:].any()
 
 
-def _is_slow(effect: Effect, n: int) -> bool:
-    """Whether an effect on the torque depends on angle, rate and time of its axis alone."""
-    return effect.acts_on == "torque" and not np.delete(_depends(effect, n), [0, 1, 5]).any()
+def _is_moved(effect: Effect, n: int) -> tuple[bool, bool]:
+    """Whether an effect on the torque depends on angle, rate and time of its axis alone; and on
+    motion and time alone, of any axis."""
+    depends, on = _depends(effect, n), effect.acts_on == "torque"
+    torques = depends.reshape(-1, N_SIGNAL)[:, TORQUES].any()
+    return bool(on and not np.delete(depends, [0, 1, 5]).any()), bool(on and not torques)
 
 
 def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -25,6 +25,8 @@ MOST, THINNED = 16_000, 9_000
 hour takes no more memory than a minute."""
 LATEST = 3.0
 """Largest delay of the torques, in tolerances."""
+KEPT = 800
+"""Most effects, each shape of one on an axis counting, whose columns a run keeps for later fits."""
 LEAST, JUDGED = 200, 50
 """Rows of a run that a longer window leaves, if there are as many; fewest that say anything."""
 
@@ -77,7 +79,8 @@ def announced(payload: float) -> str:
 class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
-    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns.
+    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns. made:
+    smoothed columns that every fit finds alike, by what they are.
     """
 
     run: Run
@@ -85,6 +88,12 @@ class Block:
     weights: csr_array
     linear: Array
     usable: Mask
+    made: dict[Hashable, Array] = field(default_factory=dict, init=False, compare=False)
+
+    def keep(self, key: Hashable, columns: Array) -> None:
+        """Keep smoothed columns (m, k) while there is room."""
+        if len(self.made) < KEPT:
+            self.made[key] = columns
 
     def smooth(self, raw: Array) -> Array:
         """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""
