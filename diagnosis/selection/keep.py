@@ -18,14 +18,14 @@ class Keep:
 
     def __init__(self, room: int = ROOM) -> None:
         self.room, self.taken = room, 0
-        self._columns: dict[Hashable, dict[int, NDArray[np.float32]]] = {}
+        self._columns: dict[Hashable, dict[int, NDArray[np.float32]]] = {}  # (k, R)
 
     def __contains__(self, key: Hashable) -> bool:
         return key in self._columns
 
     def add(self, key: Hashable, axis: int, columns: Array) -> None:
         """Keep columns (R, k) of an axis."""
-        short = columns.astype(np.float32)
+        short = np.ascontiguousarray(columns.T, dtype=np.float32)
         self._columns.setdefault(key, {})[axis] = short
         self.taken += short.nbytes
 
@@ -40,7 +40,7 @@ class Keep:
         parts = [self._columns[key] for key in keys]
         for key in dict.fromkeys(keys):
             self._columns[key] = self._columns.pop(key)
-        stacked = {i: np.hstack([p[i] for p in parts], dtype=np.float64) for i in parts[0]}
+        stacked = {i: np.vstack([p[i] for p in parts], dtype=np.float64).T for i in parts[0]}
         while self.taken > self.room and len(self._columns) > 1:
             self.taken -= sum(
                 v.nbytes for v in self._columns.pop(next(iter(self._columns))).values()

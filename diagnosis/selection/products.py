@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from weakref import WeakKeyDictionary
@@ -46,3 +46,8 @@ class ShapeProducts:
 
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
+
+
+def placed(chosen: Sequence[int], width: int) -> Iterator[tuple[slice, int, int]]:
+    """Where the columns of some shapes stand side by side, their number there and their place."""
+    return ((slice(j * width, (j + 1) * width), j, s) for j, s in enumerate(chosen))
