@@ -207,8 +207,7 @@ class Regression:
         """Gains of columns beside the base model, and how sure they are; changes (R, r): of what
         these explain by one standard deviation of other values that they depend on."""
         rows, C = self.layout.rows(columns.axis), columns.values
-        _, beta = self.fall(columns)
-        twin, cross, _ = self.products(columns.axis, C)
+        twin, cross, c = self.products(columns.axis, C)
         moved = self.solve(cross)
         clean = -self.times(moved)
         other = self.layout.across(clean)
@@ -218,6 +217,7 @@ class Regression:
         own = twin.T @ C
         S = own - cross.T @ moved
         alone, lost = safe_gram(S, own), ~is_left(S, own)
+        beta = np.asarray(np.linalg.solve(alone, c), dtype=float)
         if changes is not None:
             ideas = np.vstack([ideas, changes.T @ other])
         covariance = self._covariance(clean, other, ideas, inverted(alone), beta)
@@ -231,9 +231,9 @@ class Regression:
         A (k, k): inverse of their Gram matrix.
         """
         count = self.clusters
-        weighted = other * (self.residual - clean @ beta)[:, None]
+        left, cluster = self.residual - clean @ beta, self.layout.cluster
         scores = np.column_stack(
-            [np.bincount(self.layout.cluster, weights=w, minlength=count) for w in weighted.T]
+            [np.bincount(cluster, weights=left * own, minlength=count) for own in other.T]
         )
         factor = count / max(1, count - 1)
         return np.asarray(A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A)
