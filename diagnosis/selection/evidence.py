@@ -19,7 +19,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
@@ -182,8 +181,15 @@ def evidences(fits: Mapping[Left, Tried], folds: Sequence[int]) -> tuple[float, 
 
 def _mean(evidence: Array) -> float:
     """Of shapes that are equally likely, together as likely as nothing."""
-    there = logsumexp(evidence) - np.log(len(evidence))
-    return float(np.logaddexp(there, 0.0) - np.log(2.0))
+    return float(np.logaddexp(mean_of(evidence), 0.0) - np.log(2.0))
+
+
+def mean_of(evidence: Array) -> float:
+    """Logarithm of the mean of what has these logarithms (k,), of which some may be -inf."""
+    most = float(evidence.max())
+    if not np.isfinite(most):
+        return most
+    return most + float(np.log(np.exp(evidence - most).mean()))
 
 
 def turned_to(S: Array, r: Array, gone: float = GONE) -> tuple[Array, Array, Array]:
