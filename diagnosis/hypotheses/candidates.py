@@ -21,6 +21,8 @@ from flexhex.numeric.rows import alike
 Array = NDArray[np.float64]
 LARGER = 2.0
 """Times that a value is clearly larger than another."""
+KEPT = 6_000_000
+"""Rows of shapes of effects that are kept for other fits to the same runs."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 
@@ -141,8 +143,9 @@ class Bench:
         if all(key in block.made for block in blocks):
             return [block.made[key] for block in blocks]
         columns = self._smoothed(item, axis, shape)
-        for block, own in zip(blocks, columns, strict=True):
-            block.keep(key, own)
+        if len(blocks[0].made) * sum(len(block.at) for block in blocks) < KEPT:
+            for block, own in zip(blocks, columns, strict=True):
+                block.made[key] = own
         return columns
 
     def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:

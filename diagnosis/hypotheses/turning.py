@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, Compiled
 from flexhex.diagnosis.runs.blocks import Run
+from flexhex.numeric.rows import alike
 
 Array = NDArray[np.float64]
 
@@ -70,14 +70,16 @@ def states_of(
     next one.
     """
     assert item.along is not None
+    assert item.start is not None
     fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+    first = np.array([own[:1, 0] for own, _ in signals])
+    (rest,) = item.start(first, alike(fixed, len(first)))
     states: dict[int, Array] = {}
     state, now = None, 0.0
     for k in sorted(range(len(runs)), key=lambda k: runs[k].start):
         run, (own, finer) = runs[k], signals[k]
         if state is None or not across:
-            rest = item.effect.start(float(own[0, 0]), shape)
-            state = np.array(ca.DM(rest), dtype=float).ravel()
+            state = rest[k]
         if across:
             length = run.motion.ts * len(own)
             for _ in range(round((run.start - now) / length)):

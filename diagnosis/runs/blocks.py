@@ -25,8 +25,6 @@ MOST, THINNED = 16_000, 9_000
 hour takes no more memory than a minute."""
 LATEST = 3.0
 """Largest delay of the torques, in tolerances."""
-KEPT = 800
-"""Most effects, each shape of one on an axis counting, whose columns a run keeps for later fits."""
 LEAST, JUDGED = 200, 50
 """Rows of a run that a longer window leaves, if there are as many; fewest that say anything."""
 
@@ -89,11 +87,6 @@ class Block:
     linear: Array
     usable: Mask
     made: dict[Hashable, Array] = field(default_factory=dict, init=False, compare=False)
-
-    def keep(self, key: Hashable, columns: Array) -> None:
-        """Keep smoothed columns (m, k) while there is room."""
-        if len(self.made) < KEPT:
-            self.made[key] = columns
 
     def smooth(self, raw: Array) -> Array:
         """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""
