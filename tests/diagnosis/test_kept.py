@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import Any
+from weakref import ReferenceType, ref
 
 import casadi as ca
 import numpy as np
@@ -12,9 +14,13 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses import candidates
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.selection import select as module
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.products import ShapeProducts
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.select import select
 from flexhex.numeric.rows import alike, native
 from tests.compare import assert_close
 from tests.diagnosis.test_selection import bench_of, rows_of
@@ -101,6 +107,30 @@ def test_columns_of_the_motion_alone_are_made_once_for_all_fits(
     for _ in range(2):
         again.thin("coulomb_friction", 0, other)
     assert asked[1:] == 2 * ["coulomb_friction"]
+
+
+def test_a_search_begins_without_what_the_one_before_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hypotheses and what makes their columns refer to each other: only a collection frees them."""
+    kept = list[ReferenceType[Hypotheses]]()
+
+    def made(bench: Bench, rows: Rows) -> Hypotheses:
+        assert all(one() is None for one in kept)
+        hypotheses = Hypotheses(bench, rows)
+        kept.append(ref(hypotheses))
+        return hypotheses
+
+    monkeypatch.setattr(module, "Hypotheses", made)
+    bench = bench_of(tmp_path, None)
+    monkeypatch.setattr(bench, "names", lambda axis: ["coulomb_friction"] if axis == 0 else [])
+    gc.disable()
+    try:
+        for _ in range(2):
+            select(bench)
+    finally:
+        gc.enable()
+    assert len(kept) == 2
 
 
 def test_rows_that_are_alike_are_as_good_as_copies() -> None:
