@@ -13,7 +13,18 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import adapter, against, growth, kalman, loop, mechanism, plant, tables, waits
+from benchmarks import (
+    adapter,
+    against,
+    diagnosis,
+    growth,
+    kalman,
+    loop,
+    mechanism,
+    plant,
+    tables,
+    waits,
+)
 from benchmarks.blocks import operations
 from benchmarks.clock import Row, pin
 from flexhex.fmus.common.errors import FlexhexError
@@ -31,8 +42,9 @@ ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "adapter": adapter.adapter_row,
     "loop": lambda machine, rounds: loop.loop_row(MACHINE_FILE, rounds),
     **{key: waits.row_of(key) for key in waits.COMMANDS},
+    **{key: diagnosis.row_of(key) for key in diagnosis.CASES},
 }
-LONG = ("run", "test")
+LONG = ("run", "test", *diagnosis.CASES)
 """Benchmarks that take minutes: measured when they are named, or with `--long`."""
 MORE = ("growth", "profile")
 
@@ -43,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     parser.add_argument("--only", choices=(*ROWS, *MORE), help="one benchmark alone")
-    parser.add_argument("--long", action="store_true", help="also `make run` and `make test`")
+    parser.add_argument("--long", action="store_true", help="also what takes minutes")
     parser.add_argument("--rounds", type=int, default=25, help="bursts of each rival")
     parser.add_argument(
         "--against",

@@ -111,7 +111,10 @@ def _reversals(angle: Array, least: float) -> list[tuple[int, int, int]]:
     reversals, way = list[tuple[int, int, int]](), 0
     # of the highest and the lowest angle since the last turn: value, first sample, last sample
     high = low = (float(angle[0]), 0, 0)
-    for k, value in enumerate(angle.tolist()):
+    # between two of these the angle goes one way, or stands still
+    step = np.sign(np.diff(angle, prepend=np.nan, append=np.nan))
+    ends = np.flatnonzero(step[1:] != step[:-1])
+    for k, value in zip(ends.tolist(), angle[ends].tolist(), strict=True):
         if value >= high[0]:
             high = (value, k if value > high[0] else high[1], k)
         if value <= low[0]:

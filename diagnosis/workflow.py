@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from gc import collect
 from pathlib import Path
 from typing import Any
 
@@ -152,6 +153,8 @@ def _mechanism(
     """
     side = selected(Bench(model, known), judged, say)
     before = before_of(side)
+    # hypotheses and what makes their columns refer to each other
+    collect()
     for _ in range(SEARCHES - 1):
         # the columns and rows of one search at a time: they take most of the memory
         side.fit.bench.forget()

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import kalman, tables
+from benchmarks import diagnosis, kalman, tables
 from benchmarks.adapter import N, ours, switching
 from benchmarks.blocks import block
 from benchmarks.clock import Rival, Row, Timing, measure
 from benchmarks.dense import dense
 from benchmarks.growth import wider
 from benchmarks.motion import ROWS, estimator_rows, kinematics, motion
+from flexhex.diagnosis.logs import read_log
+from flexhex.fmus.common.errors import RunError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.fmus.estimator.interface import normalisation, process_noise
@@ -135,3 +138,15 @@ def test_command_refuses_too_few_rounds(capsys: pytest.CaptureFixture[str]) -> N
         command.main(["--rounds", "1"])
     assert stop.value.code == 2
     assert "--rounds 1: at least 3" in capsys.readouterr().err
+
+
+def test_diagnosis_that_is_timed_is_of_four_runs_of_twelve_seconds(tmp_path: Path) -> None:
+    *paths, base, name = diagnosis.axis(tmp_path / "logs", tmp_path / "truth")
+    logs = [read_log(Path(path)) for path in paths]
+    assert (base, name, len(logs)) == ("--base", "axis", 4)
+    assert all(len(log.theta) * log.ts == pytest.approx(12.0) for log in logs)
+
+
+def test_diagnosis_that_fails_has_no_time(tmp_path: Path) -> None:
+    with pytest.raises(RunError, match="exit 3"):
+        diagnosis.used(["diagnose", "no.csv"], tmp_path)

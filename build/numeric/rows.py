@@ -17,8 +17,8 @@ from flexhex.numeric.library import Array, short, with_loops
 
 _MAP = """
 int native_{name}_sx(const double **arg, double **res, int *iw, double *w, int mem);
-void {name}_map(long rows, const double **arg, double **res) {{
-  static const long in[] = {{{ins}}}, out[] = {{{outs}}};
+void {name}_map(long rows, const double **arg, const long *in, double **res) {{
+  static const long out[] = {{{outs}}};
   const double *a[{n_in}];
   double *r[{n_out}];
   for (long k = 0; k < rows; ++k) {{
@@ -40,15 +40,29 @@ class RowFunction:
         self._outs = [function.numel_out(k) for k in range(function.n_out())]
 
     def __call__(self, *arguments: Array) -> list[Array]:
-        """Evaluate every row. ValueError when shapes do not fit."""
+        """Evaluate every row. An input that is the same in all is best given as `alike`.
+
+        ValueError when shapes do not fit.
+        """
         rows = len(arguments[0])
-        ins = [np.ascontiguousarray(a, dtype=np.float64) for a in arguments]
-        for k, (array, size) in enumerate(zip(ins, self._ins, strict=True)):
+        for k, (array, size) in enumerate(zip(arguments, self._ins, strict=True)):
             if array.shape != (rows, size):
                 raise ValueError(f"input {k + 1} has shape {array.shape}, wants {(rows, size)}")
+        same = [rows > 1 and array.strides[0] == 0 for array in arguments]
+        ins = [
+            np.ascontiguousarray(array[:1] if one else array, dtype=np.float64)
+            for array, one in zip(arguments, same, strict=True)
+        ]
+        steps = [0 if one else size for one, size in zip(same, self._ins, strict=True)]
         outs = [np.empty((rows, size)) for size in self._outs]
-        self._call(ctypes.c_long(rows), _pointers(ins), _pointers(outs))
+        step = (ctypes.c_long * len(steps))(*steps)
+        self._call(ctypes.c_long(rows), _pointers(ins), step, _pointers(outs))
         return outs
+
+
+def alike(values: Array, rows: int) -> Array:
+    """The same values (size,) in each of so many rows, without a copy for each."""
+    return np.broadcast_to(values, (rows, len(values)))
 
 
 def native(functions: Sequence[ca.Function], cache: Path | None = None) -> list[RowFunction]:
@@ -62,13 +76,11 @@ def native(functions: Sequence[ca.Function], cache: Path | None = None) -> list[
 
 
 def _map(function: ca.Function) -> str:
-    ins = [str(function.numel_in(k)) for k in range(function.n_in())]
     outs = [str(function.numel_out(k)) for k in range(function.n_out())]
     return _MAP.format(
         name=short(function),
-        ins=", ".join(ins),
         outs=", ".join(outs),
-        n_in=len(ins),
+        n_in=function.n_in(),
         n_out=len(outs),
     )
 

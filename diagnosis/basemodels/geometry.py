@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Known, Motion
-from flexhex.numeric.rows import RowFunction
+from flexhex.numeric.rows import RowFunction, alike
 
 Array = NDArray[np.float64]
 
@@ -38,10 +38,10 @@ class Derivatives:
         of the smoothing. Zeros in rows that have no sample."""
         rows, n = np.flatnonzero(weights.sum(axis=1)), motion.theta.shape[1]
         state = [weights[rows] @ values for values in self.state(motion)]
-        parameters = np.tile(p, (len(rows), 1))
+        parameters = alike(p, len(rows))
         derivatives = np.zeros((weights.shape[0], n, len(self.known)))
         for i, seed in enumerate(np.eye(n)):
-            (derivatives[rows, i],) = self.pulled(*state, parameters, np.tile(seed, (len(rows), 1)))
+            (derivatives[rows, i],) = self.pulled(*state, parameters, alike(seed, len(rows)))
         return derivatives
 
 

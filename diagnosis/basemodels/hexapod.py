@@ -31,7 +31,7 @@ from flexhex.fmus.common.model.bodies import (
 from flexhex.fmus.common.model.dynamics import loads, project
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters, term
-from flexhex.numeric.rows import native
+from flexhex.numeric.rows import alike, native
 
 Array = NDArray[np.float64]
 CHUNK = 4000
@@ -159,7 +159,7 @@ class HexapodBase:
         parts = []
         for _, state in self._states(motion):
             count = len(state[0])
-            (tau,) = self._torque(*state, np.tile(p, (count, 1)), np.tile(g, (count, 1)))
+            (tau,) = self._torque(*state, alike(p, count), alike(g, count))
             parts.append(tau)
         return np.concatenate(parts)
 

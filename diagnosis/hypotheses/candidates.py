@@ -5,22 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.hypotheses.compiled import Compiled
+from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.misread import Misread
 from flexhex.diagnosis.hypotheses.scales import Scales
-from flexhex.diagnosis.hypotheses.signals import TORQUES, entering, passed_on, signals_of
-from flexhex.diagnosis.hypotheses.turning import followed, halved, states_along
+from flexhex.diagnosis.hypotheses.signals import entering, passed_on, signals_of
+from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
+from flexhex.numeric.rows import alike
 
 Array = NDArray[np.float64]
 LARGER = 2.0
 """Times that a value is clearly larger than another."""
+KEPT = 6_000_000
+"""Rows of shapes of effects that are kept for other fits to the same runs."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 
@@ -111,8 +113,7 @@ class Bench:
     def _possible(self, name: str, axis: int) -> list[dict[str, float]]:
         if name not in self.effects:
             return [{}]
-        item = self.effects[name]
-        effect = item.effect
+        effect = (item := self.effects[name]).effect
         if effect.turning and not self.scales.kinds[axis].turns:
             return []
         if effect.geared and not self.model.base.rotors:
@@ -136,14 +137,27 @@ class Bench:
         item = self.effects[name]
         if item.effect.acts_on == "measurement":
             return self._felt(item, axis, shape)
+        if not item.moved or self.across:
+            return self._smoothed(item, axis, shape)
+        key, blocks = (item.effect, axis, *shape.items()), self.model.blocks
+        if all(key in block.made for block in blocks):
+            return [block.made[key] for block in blocks]
+        columns = self._smoothed(item, axis, shape)
+        if len(blocks[0].made) * sum(len(block.at) for block in blocks) < KEPT:
+            for block, own in zip(blocks, columns, strict=True):
+                block.made[key] = own
+        return columns
+
+    def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         listed = self._inputs(item, axis, seen=True)
-        states = [np.zeros((len(x), 1)) for x in listed]
+        states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
-            whole = self._states(item, shape, axis, fixed)
+            runs, signals = [b.run for b in self.model.blocks], self._followed(item, axis)
+            whole = states_of(item, shape, axis, runs, signals, self.across)
             states = [z[b.seen] for z, b in zip(whole, self.model.blocks, strict=True)]
         return [
-            block.smooth_seen(item.columns(x, z, np.tile(fixed, (len(x), 1)))[0])
+            block.smooth_seen(item.columns(x, z, alike(fixed, len(x)))[0])
             for block, x, z in zip(self.model.blocks, listed, states, strict=True)
         ]
 
@@ -154,7 +168,7 @@ class Bench:
         if key not in self._errors or self._errors[key][0] != shape:
             fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
             inputs = self._inputs(item, axis)
-            rest = [(np.zeros((len(x), 1)), np.tile(fixed, (len(x), 1))) for x in inputs]
+            rest = [(alike(np.zeros(1), len(x)), alike(fixed, len(x))) for x in inputs]
             columns = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
             turned = self._misread.geared if item.effect.geared else self._misread.turned
             self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(columns)]
@@ -169,8 +183,8 @@ class Bench:
         for block, inputs in zip(self.model.blocks, self._inputs(item, axis), strict=True):
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
-            state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
-            above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
+            rest = alike(np.zeros(1), len(inputs)), alike(fixed, len(inputs))
+            above, below = (item.columns(inputs + way * pushed, *rest)[0] for way in (1, -1))
             shares.append(block.smooth((above - below)[:, 0] / (2 * step)))
         return shares
 
@@ -206,32 +220,6 @@ class Bench:
                 inputs[:, TORQUES] = self._elsewhere(place)[k][:, axis]
             inputs_of_blocks.append(inputs[self.model.blocks[k].seen] if seen else inputs)
         return inputs_of_blocks
-
-    def _states(
-        self, item: Compiled, shape: Mapping[str, float], axis: int, fixed: Array
-    ) -> list[Array]:
-        """States (samples, states) along each block, from rest or from run to run.
-
-        What happened before or between the runs that are known is taken to have been like the
-        next one.
-        """
-        assert item.along is not None
-        states: dict[int, Array] = {}
-        blocks, state, now = self.model.blocks, None, 0.0
-        for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
-            run = blocks[k].run
-            signals, finer = self._followed(item, axis)[k]
-            if state is None or not self.across:
-                rest = item.effect.start(float(signals[0, 0]), shape)
-                state = np.array(ca.DM(rest), dtype=float).ravel()
-            if self.across:
-                length = run.motion.ts * len(signals)
-                for _ in range(round((run.start - now) / length)):
-                    state = item.along(state, signals, fixed)[-1]
-                now = run.start + length
-            states[k] = states_along(item, state, finer, fixed, run.motion, axis)
-            state = states[k][-1]
-        return [states[k] for k in range(len(blocks))]
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:

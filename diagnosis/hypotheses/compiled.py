@@ -18,6 +18,8 @@ from flexhex.numeric.scan import ScanFunction, scans
 Array = NDArray[np.float64]
 N_SIGNAL = 6
 """theta, thetad, thetadd, tau, taud, time."""
+TORQUES = slice(3, 5)
+"""Places of a torque and its rate among them."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class Compiled:
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
     by_way: its states follow the way that angles go: noise must not count as way.
     slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
+    moved: it goes with motion and time alone, whatever a fit makes of the torque. start: states
+    (rows, states) at rest at angles (rows, 1).
     """
 
     effect: Effect
@@ -35,6 +39,8 @@ class Compiled:
     alone: bool = False
     by_way: bool = False
     slow: bool = False
+    moved: bool = False
+    start: Callable[[Array, Array], list[Array]] | None = None
 
     @property
     def searched(self) -> list[Shape]:
@@ -62,19 +68,24 @@ def compiled(
     own = [Compiled(e, e.along, None) for e in listed if isinstance(e, OwnEffect)]
     listed = [e for e in listed if not isinstance(e, OwnEffect)]
     chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
-    columns = native([_columns(effect, n) for effect in chosen])
     with_states = [effect for effect in chosen if effect.states]
-    along = dict(
-        zip(
-            (effect.id for effect in with_states),
-            scans([_advance(effect, n) for effect in with_states]) if with_states else [],
-            strict=True,
-        )
-    )
-    pairs = zip(chosen, columns, strict=True)
+    functions = [*(_columns(e, n) for e in chosen), *map(_start, with_states)]
+    columns = native(functions)
+    names = [effect.id for effect in with_states]
+    starts = dict(zip(names, columns[len(chosen) :], strict=True))
+    along = scans([_advance(effect, n) for effect in with_states]) if with_states else []
+    states = dict(zip(names, along, strict=True))
     from_library = [
-        Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n), _is_slow(e, n))
-        for e, c in pairs
+        Compiled(
+            e,
+            c,
+            states.get(e.id),
+            _is_alone(e, n),
+            _is_by_way(e, n),
+            *_is_moved(e, n),
+            start=starts.get(e.id),
+        )
+        for e, c in zip(chosen, columns, strict=False)
     ]
     return from_library + own
 
@@ -99,9 +110,12 @@ def _is_alone(effect: Effect, n: int) -> bool:
     return not _depends(effect, n)[N_SIGNAL:].any()
 
 
-def _is_slow(effect: Effect, n: int) -> bool:
-    """Whether an effect on the torque depends on angle, rate and time of its axis alone."""
-    return effect.acts_on == "torque" and not np.delete(_depends(effect, n), [0, 1, 5]).any()
+def _is_moved(effect: Effect, n: int) -> tuple[bool, bool]:
+    """Whether an effect on the torque depends on angle, rate and time of its axis alone; and on
+    motion and time alone, of any axis."""
+    depends, on = _depends(effect, n), effect.acts_on == "torque"
+    torques = depends.reshape(-1, N_SIGNAL)[:, TORQUES].any()
+    return bool(on and not np.delete(depends, [0, 1, 5]).any()), bool(on and not torques)
 
 
 def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:
@@ -131,6 +145,12 @@ def _columns(effect: Effect, n: int) -> ca.Function:
     shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
     values = effect.columns(signals(n, _wide(u, n)), state, _shape(effect, shape))
     return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
+
+
+def _start(effect: Effect) -> ca.Function:
+    theta, fixed = ca.SX.sym("theta"), ca.SX.sym("shape", max(1, len(effect.shapes)))
+    rest = ca.SX(effect.start(theta, _shape(effect, fixed)))
+    return ca.Function(f"native_start_{effect.id}", [theta, fixed], [ca.densify(rest)])
 
 
 def _advance(effect: Effect, n: int) -> ca.Function:

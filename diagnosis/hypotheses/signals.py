@@ -21,8 +21,6 @@ LOUD = 0.05
 """Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
 SLOW = 2e-3
 """Effects that ask the whole mechanism anew are evaluated this often [s]."""
-TORQUES = slice(3, 5)
-"""Places of a torque and its rate among the signals of an axis."""
 
 
 def signals_of(model: Calibrated, across: bool) -> list[Array]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, Compiled
+from flexhex.diagnosis.runs.blocks import Run
+from flexhex.numeric.rows import alike
 
 Array = NDArray[np.float64]
 
@@ -49,3 +53,38 @@ def states_along(
     late = motion.turning[1:-1, axis, None]
     result[1:-1] = (0.5 + late) * before + (0.5 - late) * after
     return result
+
+
+def states_of(
+    item: Compiled,
+    shape: Mapping[str, float],
+    axis: int,
+    runs: Sequence[Run],
+    signals: Sequence[tuple[Array, Array]],
+    across: bool,
+) -> list[Array]:
+    """States (samples, states) along each run, from rest or, across, from run to run; signals:
+    those that they follow, and the same as `halved`.
+
+    What happened before or between the runs that are known is taken to have been like the
+    next one.
+    """
+    assert item.along is not None
+    assert item.start is not None
+    fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+    first = np.array([own[:1, 0] for own, _ in signals])
+    (rest,) = item.start(first, alike(fixed, len(first)))
+    states: dict[int, Array] = {}
+    state, now = None, 0.0
+    for k in sorted(range(len(runs)), key=lambda k: runs[k].start):
+        run, (own, finer) = runs[k], signals[k]
+        if state is None or not across:
+            state = rest[k]
+        if across:
+            length = run.motion.ts * len(own)
+            for _ in range(round((run.start - now) / length)):
+                state = item.along(state, own, fixed)[-1]
+            now = run.start + length
+        states[k] = states_along(item, state, finer, fixed, run.motion, axis)
+        state = states[k][-1]
+    return [states[k] for k in range(len(runs))]

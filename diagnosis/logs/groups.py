@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.signal import correlate
@@ -213,12 +214,14 @@ def nearer(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | 
     at, wanted = at[inside], a.values[every][inside]
     if len(at) < 8:
         return None, None
-    before, moved, after = (
-        np.column_stack([np.interp(t, other, column) for column in b.values.T])
-        for t in (at - b.ts, at, at + b.ts)
-    )
+    # one place between two samples serves all columns, a sample before and after it, too
+    place = np.interp(at, other, np.arange(len(other)))
+    first = np.clip(place.astype(int), 1, len(other) - 3)
+    share = (place - first)[:, None]
+    values = [b.values[first + k] for k in (-1, 0, 1, 2)]
+    before, moved, after = (one + share * (two - one) for one, two in pairwise(values))
     slope = (after - before) / (2 * b.ts)
-    trust = np.interp(at, other, b.valid.astype(float)) > 0.999
+    trust = np.interp(place, np.arange(len(other)), b.valid.astype(float)) > 0.999
     apart, slope, wanted = (v[trust] for v in (wanted - moved, slope, wanted))
     if len(apart) < 8 or not (slope**2).sum() > 0:
         return None, None

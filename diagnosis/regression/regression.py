@@ -204,39 +204,37 @@ class Regression:
         return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns, changes: Array | None = None) -> GainEstimate:
-        """Gains of columns beside the base model, and how sure they are; changes (R, r): of what
-        these explain by one standard deviation of other values that they depend on."""
-        rows, C = self.layout.rows(columns.axis), columns.values
-        _, beta = self.fall(columns)
-        twin, cross, _ = self.products(columns.axis, C)
+        """Gains of columns beside the base model, and their cluster-robust covariance, axis by axis
+        as that takes memory; changes (R, r): of what the columns explain by one standard deviation
+        of other values that they depend on. What is known of parameters counts as rows."""
+        C = columns.values
+        twin, cross, c = self.products(columns.axis, C)
         moved = self.solve(cross)
-        clean = -self.times(moved)
-        other = self.layout.across(clean)
-        clean[rows] += C
-        other[rows] += twin
-        ideas = -np.sqrt(self.prior * self.doubt)[:, None] * moved
         own = twin.T @ C
         S = own - cross.T @ moved
         alone, lost = safe_gram(S, own), ~is_left(S, own)
-        if changes is not None:
-            ideas = np.vstack([ideas, changes.T @ other])
-        covariance = self._covariance(clean, other, ideas, inverted(alone), beta)
-        return GainEstimate(beta, covariance, lost, alone)
-
-    def _covariance(self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array) -> Array:
-        """Cluster-robust covariance of beta (k, k).
-
-        clean (R, k), ideas (nb + r, k): columns without what the base explains, in the rows and
-        in what is known of the parameters and of other values; other: clean of the other pass;
-        A (k, k): inverse of their Gram matrix.
-        """
-        count = self.clusters
-        weighted = other * (self.residual - clean @ beta)[:, None]
-        scores = np.column_stack(
-            [np.bincount(self.layout.cluster, weights=w, minlength=count) for w in weighted.T]
-        )
+        beta = np.asarray(np.linalg.solve(alone, c), dtype=float)
+        known = -np.sqrt(self.prior * self.doubt)[:, None] * moved
+        scores, count = np.zeros((self.clusters, len(beta))), self.clusters
+        by_changes = np.zeros((0 if changes is None else changes.shape[1], len(beta)))
+        for i in range(self.layout.n):
+            # columns without what the base explains, and those of the other pass
+            there = self.layout.rows(i)
+            clean = -self.B.times(i, moved)
+            other = self.layout.across(clean, i)
+            if columns.axis in (None, i):
+                place = there if columns.axis is None else slice(None)
+                clean += C[place]
+                other += twin[place]
+            left, cluster = self.residual[there] - clean @ beta, self.layout.cluster[there]
+            for k, values in enumerate(other.T):
+                scores[:, k] += np.bincount(cluster, weights=left * values, minlength=count)
+            if changes is not None:
+                by_changes += changes[there].T @ other
+        A, ideas = inverted(alone), np.vstack([known, by_changes])
         factor = count / max(1, count - 1)
-        return np.asarray(A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A)
+        covariance = A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A
+        return GainEstimate(beta, np.asarray(covariance), lost, alone)
 
     @property
     def strain(self) -> float:

@@ -6,7 +6,7 @@ does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -77,7 +77,8 @@ def announced(payload: float) -> str:
 class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
-    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns.
+    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns. made:
+    smoothed columns that every fit finds alike, by what they are.
     """
 
     run: Run
@@ -85,6 +86,7 @@ class Block:
     weights: csr_array
     linear: Array
     usable: Mask
+    made: dict[Hashable, Array] = field(default_factory=dict, init=False, compare=False)
 
     def smooth(self, raw: Array) -> Array:
         """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""

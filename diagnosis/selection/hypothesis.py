@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments, Term
-from flexhex.diagnosis.selection.products import Products, ShapeProducts
+from flexhex.diagnosis.selection.products import Products, ShapeProducts, placed
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
@@ -60,6 +61,7 @@ class EffectHypothesis:
     limit: str = ""
     ordered: tuple[tuple[int, int, float], ...] = ()
     known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
+    _base: list[tuple[Array, Array, Array]] = field(default_factory=list, init=False)
 
     @property
     def width(self) -> int:
@@ -87,29 +89,30 @@ class EffectHypothesis:
     def beside(self, moments: Moments) -> Products:
         """Products of all shapes' columns with a model's; of each shape kept, as a search comes
         back to it beside many models."""
-        self._fill(moments.rows)
         common = [t for t in moments.terms if t.white.keys() & set(self.felt)]
-        for term in common:
-            self._fill_beside(term, moments)
-        with_base, right, own = self._with_base
+        self._fill_beside(common, moments)
+        with_base, right, own = self._with_base(moments.rows)
         cross = np.zeros((len(with_base), moments.m, with_base.shape[2]))
         cross[:, : moments.rows.nb] = with_base
         for term in common:
-            cross[:, moments.place(term)] = np.concatenate([k.terms[term] for k in self.known], 2)
+            cross[:, moments.place(term)] = self._with[term]
         return Products(moments.rows.folds, cross, right, own)
 
-    @cached_property
-    def _with_base(self) -> tuple[Array, Array, Array]:
-        parts = [known.base for known in self.known if known.base is not None]
-        cross, right, own = zip(*parts, strict=True)
-        return np.concatenate(cross, 2), np.concatenate(right, 1), np.stack(own, 1)
+    def _with_base(self, rows: Rows) -> tuple[Array, Array, Array]:
+        """With the base model's columns, with the torque, with each other, of all shapes."""
+        if not self._base:
+            new = [s for s, known in enumerate(self.known) if known.base is None]
+            made = self._products(rows, new) if new else None
+            parts = [known.base for known in self.known if known.base is not None]
+            if made is None or len(new) < len(parts):
+                cross, right, own = zip(*parts, strict=True)
+                made = np.concatenate(cross, 2), np.concatenate(right, 1), np.concatenate(own, 1)
+            self._base.append(made)
+        return self._base[0]
 
-    def _fill(self, rows: Rows) -> None:
-        """With the base model's columns and the torque; products of columns with each other are not
-        between passes: noise in a column must not make it seem small."""
-        new = [s for s, known in enumerate(self.known) if known.base is None]
-        if not new:
-            return
+    def _products(self, rows: Rows, new: Sequence[int]) -> tuple[Array, Array, Array]:
+        """Of some shapes, which know their part from then on. Products of columns with each other
+        are not between passes: noise in a column must not make it seem small."""
         folds, k, size = len(rows.folds), self.width, len(new) * self.width
         cross, right = np.zeros((folds, rows.nb, size)), np.zeros((folds, size))
         own = np.zeros((folds, len(new), k, k))
@@ -118,28 +121,39 @@ class EffectHypothesis:
             for f, part in enumerate(rows.parts.values()):
                 cross[f] += rows.white_B.pulled(i, across[part], part)
                 right[f] += columns[part].T @ rows.twin_y[i][part]
-                single = columns[part].reshape(-1, len(new), k).transpose(1, 2, 0)
+                single = columns.T[:, part].reshape(len(new), k, -1)
                 own[f] += single @ single.transpose(0, 2, 1)
-        for at, s in self._placed(new):
-            self.known[s].base = cross[:, :, at], right[:, at], own[:, at.start // k]
+        for at, j, s in placed(new, self.width):
+            self.known[s].base = cross[:, :, at], right[:, at], own[:, j : j + 1]
+        return cross, right, own
 
-    def _fill_beside(self, term: Term, moments: Moments) -> None:
-        """With the columns of an accepted term, between passes."""
-        new = [s for s, known in enumerate(self.known) if term not in known.terms]
-        if not new:
-            return
-        white, twins, parts = self._white(new), moments.twins(term), moments.rows.parts
-        common = [(twins[i], white[i]) for i in twins.keys() & white.keys()]
-        products = [sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts.values()]
-        for at, s in self._placed(new):
-            self.known[s].terms[term] = np.stack(products)[:, :, at]
+    @cached_property
+    def _with(self) -> WeakKeyDictionary[Term, Array]:
+        """Products with accepted terms (folds, k', shapes * k) that are known already."""
+        return WeakKeyDictionary()
+
+    def _fill_beside(self, terms: Sequence[Term], moments: Moments) -> None:
+        """With the columns of accepted terms, between passes."""
+        lacking = dict[tuple[int, ...], list[Term]]()
+        unknown = [term for term in terms if term not in self._with]
+        for term in unknown:
+            new = tuple(s for s, known in enumerate(self.known) if term not in known.terms)
+            lacking.setdefault(new, []).append(term)
+        lacking.pop((), None)
+        parts = moments.rows.parts.values()
+        for new, own in lacking.items():
+            white = self._white(new)
+            for term in own:
+                twins = moments.twins(term)
+                common = [(twins[i], white[i]) for i in twins.keys() & white.keys()]
+                whole = np.stack([sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts])
+                for at, _, s in placed(new, self.width):
+                    self.known[s].terms[term] = whole[:, :, at]
+        for term in unknown:
+            self._with[term] = np.concatenate([known.terms[term] for known in self.known], 2)
 
     def _white(self, chosen: Sequence[int]) -> Mapping[int, Array]:
         return self.columns([self.shapes[s] for s in chosen])
-
-    def _placed(self, chosen: Sequence[int]) -> Iterator[tuple[slice, int]]:
-        """Where the columns of some shapes stand side by side."""
-        return ((slice(j * self.width, (j + 1) * self.width), s) for j, s in enumerate(chosen))
 
 
 @dataclass(frozen=True)

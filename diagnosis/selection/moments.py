@@ -50,7 +50,7 @@ class Moments:
         self.prior = np.concatenate([prior, *(t.prior for t in terms)])
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
-        self._squares: dict[int, Array] = {}
+        self._squares: dict[int, Array] = {}  # of the first columns, as far as they were asked for
         self._twins: dict[Term, Mapping[int, Array]] = {}
         self._left_over: dict[tuple[int, Left], tuple[float, float]] = {}
         self._most: dict[Left, float] = {}
@@ -62,12 +62,12 @@ class Moments:
 
     def _square(self, axis: int) -> Array:
         """X^T X (m, m) of an axis, not whitened, of all rows."""
-        if axis not in self._squares:
-            square = self.rows.squares[axis]
-            for k in range(len(self.terms)):
+        square = self._squares.get(axis, self.rows.squares[axis])
+        for k, place in enumerate(self._places):
+            if len(square) < place.stop:
                 square = self._wider(square, axis, k)
-            self._squares[axis] = square
-        return self._squares[axis]
+        self._squares[axis] = square
+        return square
 
     def _wider(self, square: Array, axis: int, k: int) -> Array:
         """X^T X of an axis with the columns of the k-th term, from that of all before it."""
@@ -125,8 +125,7 @@ class Moments:
             whole[m:, :m] = whole[:m, m:].T
             whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
             longer._grams[fold] = whole, right
-        last = len(longer.terms) - 1
-        longer._squares = {i: longer._wider(v, i, last) for i, v in self._squares.items()}
+        longer._squares = dict(self._squares)
         return longer
 
     def without(self, *terms: Term) -> Moments:
@@ -140,7 +139,8 @@ class Moments:
         shorter._twins = {t: self.twins(t) for t in shorter.terms}
         own = np.ix_(kept, kept)
         shorter._grams = {f: (G[own], b[kept]) for f, (G, b) in self._grams.items()}
-        shorter._squares = {i: square[own] for i, square in self._squares.items()}
+        whole = {i: square for i, square in self._squares.items() if len(square) == self.m}
+        shorter._squares = {i: square[own] for i, square in whole.items()}
         return shorter
 
     def twins(self, term: Term) -> Mapping[int, Array]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,9 +27,16 @@ class Products:
 
     def without(self, left: Left) -> tuple[Array, Array, Array]:
         """Sums of all folds but one."""
-        kept = [fold != left for fold in self.folds]
-        cross, right, own = (v[kept].sum(axis=0) for v in (self.cross, self.right, self.own))
-        return cross, right, own
+        if left is None:
+            return self.whole
+        fold = self.folds.index(left)
+        cross, right, own = self.whole
+        return cross - self.cross[fold], right - self.right[fold], own - self.own[fold]
+
+    @cached_property
+    def whole(self) -> tuple[Array, Array, Array]:
+        """Sums of all folds."""
+        return self.cross.sum(axis=0), self.right.sum(axis=0), self.own.sum(axis=0)
 
 
 @dataclass(eq=False)
@@ -38,3 +46,8 @@ class ShapeProducts:
 
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
+
+
+def placed(chosen: Sequence[int], width: int) -> Iterator[tuple[slice, int, int]]:
+    """Where the columns of some shapes stand side by side, their number there and their place."""
+    return ((slice(j * width, (j + 1) * width), j, s) for j, s in enumerate(chosen))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.regression.doubt import doubt
@@ -16,6 +15,7 @@ from flexhex.diagnosis.selection.evidence import (
     evidences,
     free,
     log_evidence,
+    mean_of,
     tried,
     turned_to,
 )
@@ -219,5 +219,5 @@ def generic_score(
                     gains = way @ vectors @ (turned / (values + prior))
                     torque = {i: raw @ gains for i, raw in kind.raw.items()}
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
-        total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
+        total[left] = mean_of(np.array(evidence))
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)

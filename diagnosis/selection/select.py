@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from gc import collect
 from math import log
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
@@ -67,6 +68,8 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
 
 def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
     """The same beside a base model, or the base model with a payload that was found on the way."""
+    # those of a search before: they and what makes their columns refer to each other
+    collect()
     hypotheses = Hypotheses(bench, Rows.of(bench.model))
     search = Search(hypotheses, criteria)
     before = rest_of(search.moments)

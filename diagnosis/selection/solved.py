@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg.blas import dtrsm
 
 Array = NDArray[np.float64]
 FIRM, UNSURE = 1e-8, 1e-6
@@ -31,8 +32,8 @@ class Solved:
 
     def half(self, right: Array) -> Array:
         """The half (m, k) of it whose square is right' (G + prior)^-1 right."""
-        scaled = right / self.size[:, None]
-        return np.asarray(solve_triangular(self.factor, scaled, trans=1, check_finite=False))
+        scaled = np.divide(right, self.size[:, None], order="F")
+        return np.asarray(dtrsm(1.0, self.factor, scaled, trans_a=1, overwrite_b=1))
 
     def covariance(self, places: NDArray[np.int64]) -> Array:
         """(G + prior)^-1 of some coefficients (k, k)."""

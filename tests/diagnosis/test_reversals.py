@@ -12,6 +12,7 @@ from flexhex.diagnosis.estimation.motion import dahl_states
 from flexhex.diagnosis.regression.window import curvature
 from flexhex.diagnosis.reversals import (
     REACH,
+    _reversals,
     angle_noise,
     encoder_step,
     hysteresis_filter,
@@ -132,3 +133,27 @@ def test_curvature_is_that_of_the_hann_window() -> None:
     by_hand = np.linalg.norm(np.diff(np.pad(weights / weights.sum(), 2), 2)) / TS**2
     # sums instead of integrals over twenty samples
     assert curvature(window, TS) == pytest.approx(by_hand, rel=0.05)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize("least", [0.0, 0.3, 3.0])
+def test_reversals_are_those_of_all_samples(step: float, least: float) -> None:
+    """Only extremes are looked at, and the ends of a stand: as if all samples were."""
+    rng = np.random.default_rng(8)
+    for _ in range(50):
+        angle = np.cumsum(rng.normal(size=80)) * rng.choice([0.1, 1.0])
+        angle = np.round(angle / step) * step if step else angle
+        assert _reversals(angle, least) == _of_all(angle, least)
+
+
+def _of_all(angle: Array, least: float) -> list[tuple[int, int, int]]:
+    found, way, since = list[tuple[int, int, int]](), 0, 0
+    for k, value in enumerate(angle):
+        high, low = angle[since : k + 1].max(), angle[since : k + 1].min()
+        for sign, far in ((-1, high), (1, low)):
+            if way != sign and sign * (value - far) > least:
+                there = since + np.flatnonzero(angle[since : k + 1] == far)
+                found.append((int(there[0]), int(there[-1]), sign))
+                way, since = sign, k
+                break
+    return found

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.turning import states_of
 
 Array = NDArray[np.float64]
 TS, COUNT = 0.5, 4
@@ -18,18 +19,18 @@ TS, COUNT = 0.5, 4
 
 def states(starts: list[float], across: bool) -> list[list[float]]:
     """Of an effect that counts its samples, along runs of four samples, 2 s each."""
-    run = lambda start: SimpleNamespace(start=start, motion=SimpleNamespace(ts=TS))  # noqa: E731
-    blocks = [SimpleNamespace(run=run(start)) for start in starts]
-    model: Any = SimpleNamespace(base=SimpleNamespace(n=1), blocks=blocks)
-    bench = Bench(model, [], across)
-    bench._inputs = lambda axis, alone: [np.zeros((COUNT, 6)) for _ in blocks]  # type: ignore[method-assign]
+    runs: Any = [SimpleNamespace(start=start, motion=SimpleNamespace(ts=TS)) for start in starts]
 
     def along(state: Array, inputs: Array, fixed: Array) -> Array:
         return state + np.arange(1.0, len(inputs) + 1)[:, None]
 
-    effect = SimpleNamespace(start=lambda theta, shape: [10.0], entered=False, geared=False)
-    item: Any = SimpleNamespace(along=along, effect=effect, by_way=False, alone=True)
-    return [z[:, 0].tolist() for z in bench._states(item, {}, 0, np.zeros(1))]
+    def start(theta: Array, fixed: Array) -> list[Array]:
+        return [np.full((len(theta), 1), 10.0)]
+
+    effect = SimpleNamespace(shapes=())
+    item: Any = SimpleNamespace(along=along, start=start, effect=effect, by_way=False)
+    signals = [(np.zeros((COUNT, 6)), np.zeros((COUNT, 6))) for _ in runs]
+    return [z[:, 0].tolist() for z in states_of(item, {}, 0, runs, signals, across)]
 
 
 def test_every_run_begins_at_rest() -> None:
