@@ -28,16 +28,14 @@ def change_scores(
     alone = {left: _parameters_alone(moments, left) for left in lefts}
     for listed in alike.values():
         priors = np.array([[change.deviation(criteria) ** -2.0] for change in listed])
-        total, gains, often = dict[Left, Array](), np.zeros(0), np.ones((len(listed), 1))
+        often = np.array([[moments.rows.often(change.places)] for change in listed])
+        total, gains = dict[Left, Array](), np.zeros(0)
         for left, (S, r) in alone.items():
             own = [(S[np.ix_(c.places, c.places)], r[list(c.places)], c.ways) for c in listed]
             squares = np.array([W.T @ of @ W for of, _, W in own])
             right = np.array([W.T @ b for _, b, W in own])
             values, turned, vectors = turned_to(squares, right)
             if left is None:
-                moves = (vectors @ (turned / (values + priors))[:, :, None])[:, :, 0]
-                pairs = zip(listed, moves, strict=True)
-                often = np.array([[moments.rows.often(c.places, c.ways @ g)] for c, g in pairs])
                 gains = (vectors @ (turned / (values + often * priors))[:, :, None])[:, :, 0]
             total[left] = log_evidence(values / often, turned / often, priors)
         for k, change in enumerate(listed):

@@ -35,7 +35,7 @@ def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
     (G, b), fit = moments.gram(None), moments.fit(None)
     columns = G[:, places] @ ways
     curvature = ways @ columns[places] - columns @ fit.solve(columns)
-    held = moments.rows.often(places, ways)
+    held = moments.rows.often(places)
     more = float((ways @ b[places] - columns @ fit.q) / (curvature + held))
     known = list(model.known)
     off = [abs(more * way) for way, k in zip(ways, places, strict=True) if known[k].positive]

@@ -83,12 +83,10 @@ class Rows:
         """Rows of an axis."""
         return len(self.fold)
 
-    def often(self, places: Sequence[int], moves: Array) -> float:
-        """How often rows say the same again of base parameters that move so far (len(places),), in
-        tolerances: most of those that move most."""
-        weights = moves**2
-        doubt = self.doubt[list(places)]
-        return float(doubt @ weights / weights.sum() if weights.any() else doubt.mean())
+    def often(self, places: Sequence[int]) -> float:
+        """How often rows say the same again of these base parameters together: at most as often as
+        of the one of which they do most."""
+        return float(self.doubt[list(places)].max())
 
     @cached_property
     def parts(self) -> dict[int, RowSelection]:

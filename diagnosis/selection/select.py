@@ -88,11 +88,10 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search.revise(accepted.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
-    q = moments.fit(None).q
     moved = [
-        s.gain * moments.rows.often(s.hypothesis.places, q[list(s.hypothesis.places)])
-        for s in search.known()
-        if isinstance(s.hypothesis, ChangedParameter)
+        score.gain * moments.rows.often(score.hypothesis.places)
+        for score in search.known()
+        if isinstance(score.hypothesis, ChangedParameter)
     ]
     hypotheses.forget()
     nameless = [_nameless(search, axis) for axis in axes]
