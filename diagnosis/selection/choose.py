@@ -130,8 +130,8 @@ def simplest(
     good: Callable[[Score], bool] = lambda score: True,
 ) -> Accepted:
     """The hypothesis with the fewest free numbers of those that are `good` and predict as well as
-    the best one on its axis; the others are its rivals, but for those that extend it and predict
-    no better."""
+    the best one on its axis; the others are its rivals, but for those that extend it and hardly
+    predict better."""
     axis, error = best.hypothesis.axis, form_error(best, criteria)
     near = [
         score
@@ -145,9 +145,16 @@ def simplest(
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
     fuller = [s for s in near if first.hypothesis.id in _simpler(s)]
-    sure = first.gain + log(criteria.odds)
-    rivals = [s for s in near if s is not first and (s not in fuller or s.gain > sure)]
+    idle = [s for s in fuller if not _adds(s, first, criteria)]
+    rivals = [s for s in near if s is not first and s not in idle]
     return Accepted(first, tuple(rivals), number, tuple(fuller))
+
+
+def _adds(fuller: Score, first: Score, criteria: Criteria) -> bool:
+    """Whether a fuller form predicts better, by a torque that is worth a name."""
+    more = fuller.gain - first.gain
+    size = fuller.size * max(more / fuller.gain, 0.0) ** 0.5
+    return more > log(criteria.odds) and size > criteria.smallest_effect
 
 
 def _simpler(score: Score) -> tuple[str, ...]:

@@ -40,18 +40,22 @@ def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None
 
 
 @pytest.mark.parametrize("fuller", ["extends", "limit"])
-@pytest.mark.parametrize(("better", "rivals"), [(1.0, []), (10.0, ["stribeck"])])
-def test_fuller_form_is_a_rival_where_it_predicts_better_than_chance(
-    better: float, rivals: list[str], fuller: str
+@pytest.mark.parametrize(
+    ("better", "size", "rivals"),
+    [(1.0, 0.1, []), (10.0, 0.1, ["stribeck"]), (10.0, 0.01, [])],
+)
+def test_fuller_form_is_a_rival_where_what_it_adds_is_worth_a_name(
+    better: float, size: float, rivals: list[str], fuller: str
 ) -> None:
-    """Within the error of the form the simpler one comes first; that it is no more nobody knows."""
+    """Within the error of the form the simpler one comes first; that it is no more nobody knows,
+    unless the fuller one predicts no better than by chance, or by next to no torque."""
     scores = []
     for name, gain, freedom in (("stribeck", 2000.0 + better, 3), ("coulomb", 2000.0, 1)):
         of = {"extends": "", fuller: "coulomb" if name == "stribeck" else ""}
         effect = EffectHypothesis(
             name, 0, (), dict, (0,), np.zeros(1), np.ones(1), freedom, exact=False, most=1, **of
         )
-        scores.append(Score(effect, gain / 2, np.zeros(2), 0.01))
+        scores.append(Score(effect, gain / 2, np.zeros(2), size))
     accepted = simplest(scores[0], scores, 1, USUAL)
     assert accepted.score.hypothesis.id == "coulomb"
     assert [score.hypothesis.id for score in accepted.rivals] == rivals

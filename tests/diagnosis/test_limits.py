@@ -92,7 +92,7 @@ def test_what_the_motion_does_not_show_is_paid_for() -> None:
     plain = effect_of(np.zeros((240, 1)))
     assert np.allclose(plain.blind(rows, None, np.ones((1, 1))), 0.0)
     limit: Any = effect_of(rng.normal(size=(240, 1)))
-    object.__setattr__(limit, "taken", lambda: taken)
+    object.__setattr__(limit, "taken", lambda _: taken)
     object.__setattr__(limit, "low", np.ones(1))
     object.__setattr__(limit, "high", np.ones(1))
     lost = np.log(1 / rows.white_rms[0])
