@@ -18,9 +18,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     ColumnsByAxis,
     EffectHypothesis,
     HeavierBody,
-    NamelessHypothesis,
     WrongFile,
-    nameless,
 )
 from flexhex.diagnosis.selection.keep import Keep
 from flexhex.diagnosis.selection.moments import Moments
@@ -33,6 +31,7 @@ from flexhex.diagnosis.selection.orders import (
 )
 from flexhex.diagnosis.selection.products import ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]

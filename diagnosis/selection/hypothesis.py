@@ -157,16 +157,6 @@ class EffectHypothesis:
 
 
 @dataclass(frozen=True)
-class NamelessHypothesis:
-    """Columns of something without a name, raw (R, k) [N m] on each axis that feels them, and how
-    their coefficients go together, each (k, k')."""
-
-    columns: EffectHypothesis
-    raw: Mapping[int, Array]
-    ways: tuple[Array, ...]
-
-
-@dataclass(frozen=True)
 class ChangedParameter:
     """Base parameters, at these places, that may leave their tolerances: one, or a body's. Others
     could make all of its torque, if no tolerance held them: so all of it is its size."""
@@ -248,16 +238,3 @@ class Payload:
 
 
 Hypothesis = EffectHypothesis | ChangedParameter | Payload
-
-
-def nameless(
-    axis: Axis, argument: str, columns: ColumnsByAxis, ways: tuple[Array, ...]
-) -> NamelessHypothesis:
-    """Something without a name from its columns (R, k) on an axis or on several."""
-    felt, count = tuple(columns.raw), next(iter(columns.raw.values())).shape[1]
-    most = np.full(count, np.inf)
-    white = columns.white
-    hypothesis = EffectHypothesis(
-        argument, axis, ({},), lambda _: white, felt, -most, most, count, "", False, 1
-    )
-    return NamelessHypothesis(hypothesis, columns.raw, ways)

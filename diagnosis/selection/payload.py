@@ -28,12 +28,12 @@ from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     ColumnsByAxis,
     Payload,
-    nameless,
 )
 from flexhex.diagnosis.selection.levels import Levels, choices, levels_of
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
+from flexhex.diagnosis.selection.unnamed import nameless
 
 MASSIVE = ("kg", "kg m2")
 """Units of parameters that no payload makes smaller: the first one that the base model has."""

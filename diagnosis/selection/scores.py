@@ -25,10 +25,10 @@ from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
     Hypothesis,
-    NamelessHypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
+from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
 Array = NDArray[np.float64]
 SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
