@@ -1,11 +1,13 @@
 """A file whose values are off by many tolerances, all of them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from flexhex.diagnosis import prepare
 from flexhex.diagnosis.basemodels.base import Known
 from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.regression.layout import Layout
@@ -61,3 +63,25 @@ def test_wrong_file_is_asked_for_where_a_fit_finds_it_off(off: float, times: lis
     wrong = [c for c in hypotheses.changes if isinstance(c, WrongFile)]
     assert [c.deviation(USUAL) for c in wrong] == times
     assert all(c.places == (0, 1, 2) for c in wrong)
+
+
+def test_file_that_is_merely_off_is_no_other_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half of the torque may stay beside the file's values, if it is gone beside freer ones."""
+    own = regression(50.0, 0, doubt=1000.0)
+    torque = np.sqrt((own.y**2).mean())
+
+    def poor(_: Any, left: Any) -> list[int]:
+        return [0] if np.sqrt((left**2).mean()) > 0.5 * torque else []
+
+    monkeypatch.setattr(prepare, "poor_axes", poor)
+    monkeypatch.setattr(prepare, "strange_axes", lambda _: [])
+    model: Any = SimpleNamespace(
+        base=SimpleNamespace(complete=True, linear=range(SHOWN + HIDDEN)),
+        regression=own,
+        residual=lambda q: own.y - own.times(q),
+    )
+    assert poor(model, model.residual(own.q)) == [0]
+    assert prepare.misfit(model) == ""
+    model.regression = replace(own, y=np.random.default_rng(1).standard_normal(COUNT) * torque)
+    model.residual = lambda q: model.regression.y - model.regression.times(q)
+    assert "more than 50%" in prepare.misfit(model)
