@@ -50,9 +50,11 @@ class Elsewhere:
         knows of them: how well its effects do, however well the first runs show these."""
         left = self.residual(fit.parts, fit.beta, fit.q)
         there, count = replace(self.there, y=tuple(left)), len(fit.q)
-        known = np.linalg.inv(fit.fitted.covariance[:count, :count])
+        spread = fit.fitted.covariance[:count, :count]
         G, b = there.regression.gram
-        return there.residual(np.asarray(np.linalg.solve(G + known, b)))
+        # (G + spread^-1)^-1 b, also where a parameter is sure
+        step = spread @ np.linalg.solve(np.eye(count) + G @ spread, b)
+        return there.residual(np.asarray(step))
 
 
 def elsewhere(bench: Bench, blocks: Sequence[Block], drift: Joint | None) -> Elsewhere:

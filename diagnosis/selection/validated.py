@@ -73,16 +73,17 @@ def validated(
     if others is None:
         return []
     seen = Predicted(bench, others, criteria, freed)
-    kept = list(accepted)
+    kept, gone = list(accepted), set[Score]()
     while kept:
-        rest = {id(each): [a for a in kept if a is not each] for each in kept}
-        margins = {id(each): seen.margin(each, rest[id(each)]) for each in kept}
-        worst = min(kept, key=lambda each: margins[id(each)])
-        if margins[id(worst)] > 0:
+        margins = [seen.margin(each, kept[:k] + kept[k + 1 :]) for k, each in enumerate(kept)]
+        place = int(np.argmin(margins))
+        if margins[place] > 0:
             break
-        kept = rest[id(worst)]
-        better = (o for o in options(worst, rounds, criteria) if seen.margin(o, kept) > 0)
-        kept += [option for option in [next(better, None)] if option is not None]
+        worst = kept.pop(place)
+        gone.add(worst.score)
+        asked = (o for o in options(worst, rounds, criteria) if o.score not in gone)
+        better = next((o for o in asked if seen.margin(o, kept) > 0), None)
+        kept += [better] if better else []
     return kept
 
 
