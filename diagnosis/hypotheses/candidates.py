@@ -154,7 +154,7 @@ class Bench:
         states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
             runs, signals = [b.run for b in self.model.blocks], self._followed(item, axis)
-            whole = states_of(item, shape, axis, runs, signals, self.across)
+            whole = states_of(item, shape, axis, runs, signals, self.across, self.model.base.window)
             states = [z[b.seen] for z, b in zip(whole, self.model.blocks, strict=True)]
         return [
             block.smooth_seen(item.columns(x, z, alike(fixed, len(x)))[0])

@@ -18,6 +18,7 @@ from flexhex.numeric.scan import ScanFunction, scans
 Array = NDArray[np.float64]
 N_SIGNAL = 6
 """theta, thetad, thetadd, tau, taud, time."""
+ACCELERATION = 2
 TORQUES = slice(3, 5)
 """Places of a torque and its rate among them."""
 
@@ -30,7 +31,7 @@ class Compiled:
     by_way: its states follow the way that angles go: noise must not count as way.
     slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
     moved: it goes with motion and time alone, whatever a fit makes of the torque. start: states
-    (rows, states) at rest at angles (rows, 1).
+    (rows, states) of motions that have long gone on as in signals (rows, 6) of the axis.
     """
 
     effect: Effect
@@ -148,9 +149,9 @@ def _columns(effect: Effect, n: int) -> ca.Function:
 
 
 def _start(effect: Effect) -> ca.Function:
-    theta, fixed = ca.SX.sym("theta"), ca.SX.sym("shape", max(1, len(effect.shapes)))
-    rest = ca.SX(effect.start(theta, _shape(effect, fixed)))
-    return ca.Function(f"native_start_{effect.id}", [theta, fixed], [ca.densify(rest)])
+    u, fixed = ca.SX.sym("u", N_SIGNAL), ca.SX.sym("shape", max(1, len(effect.shapes)))
+    first = ca.SX(effect.start(signals(0, u), _shape(effect, fixed)))
+    return ca.Function(f"native_start_{effect.id}", [u, fixed], [ca.densify(first)])
 
 
 def _advance(effect: Effect, n: int) -> ca.Function:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Motion
-from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, Compiled
+from flexhex.diagnosis.hypotheses.compiled import ACCELERATION, N_SIGNAL, Compiled
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.numeric.rows import alike
 
@@ -62,9 +62,11 @@ def states_of(
     runs: Sequence[Run],
     signals: Sequence[tuple[Array, Array]],
     across: bool,
+    window: float,
 ) -> list[Array]:
-    """States (samples, states) along each run, from rest or, across, from run to run; signals:
-    those that they follow, and the same as `halved`.
+    """States (samples, states) along each run, each as if it had long moved as it does first or,
+    across, from run to run; signals: those that they follow, and the same as `halved`; window: over
+    which an acceleration is known [s].
 
     What happened before or between the runs that are known is taken to have been like the
     next one.
@@ -72,7 +74,10 @@ def states_of(
     assert item.along is not None
     assert item.start is not None
     fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
-    first = np.array([own[:1, 0] for own, _ in signals])
+    first = np.array([own[0, :N_SIGNAL] for own, _ in signals])
+    for run, own, now in zip(runs, signals, first, strict=True):
+        # an acceleration of one sample is noise
+        now[ACCELERATION] = own[0][: max(round(window / run.motion.ts), 1), ACCELERATION].mean()
     (rest,) = item.start(first, alike(fixed, len(first)))
     states: dict[int, Array] = {}
     state, now = None, 0.0

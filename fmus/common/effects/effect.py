@@ -187,8 +187,8 @@ class Effect:
         """Whether these shapes mean this effect on an axis (from 1) of n axes."""
         return True
 
-    def start(self, theta: Any, shape: Shapes) -> Expr:
-        """The state (n_states,) at rest at theta."""
+    def start(self, s: Signals, shape: Shapes) -> Expr:
+        """The state (n_states,) of a motion that has long gone on as in these signals."""
         return ca.SX.zeros(len(self.states))
 
     def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:

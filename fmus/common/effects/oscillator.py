@@ -75,8 +75,8 @@ class FlexibleMode(Effect):
         q = now.theta + settled + drift * Ts + swing
         return ca.vertcat(q, now.thetad + drift + rate)
 
-    def start(self, theta: Any, shape: Shapes) -> Expr:
-        return ca.vertcat(theta, 0)
+    def start(self, s: Signals, shape: Shapes) -> Expr:
+        return ca.vertcat(s.theta - s.thetadd / (2 * ca.pi * shape["f"]) ** 2, s.thetad)
 
 
 EFFECT = FlexibleMode()
