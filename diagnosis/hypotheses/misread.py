@@ -14,8 +14,9 @@ from flexhex.diagnosis.hypotheses.signals import slow_motions
 from flexhex.diagnosis.regression.calibrate import Calibrated
 
 Array = NDArray[np.float64]
-TURN = 1e-5
-"""Part of an error by which an axis is turned to see what it does."""
+STEP = 1e-5
+"""Part of its largest value by which a signal of an axis is moved to see what it does."""
+SIGNALS = ("theta", "thetad", "thetadd")
 
 
 class Misread:
@@ -23,6 +24,7 @@ class Misread:
 
     def __init__(self, model: Calibrated) -> None:
         self.model = model
+        self._slopes: tuple[int, list[list[Array]]] = (-1, [])
 
     @cached_property
     def slow(self) -> list[tuple[Motion, csr_array]]:
@@ -40,23 +42,36 @@ class Misread:
         return self._felt(k, axis, error, float(self.model.linear(run)[base.rotors[axis]]))
 
     def _felt(self, k: int, axis: int, error: Array, rotor: float) -> Array:
+        """`-(d tau / d theta e + d tau / d theta' e' + (d tau / d theta'' - rotor) e'')`."""
         motion, weights = self.slow[k]
         step = round(motion.ts / self.model.blocks[k].run.motion.ts)
+        by_angle, by_rate, by_acceleration = self._slopes_of(axis)[k]
+        behind = by_acceleration.copy()
+        behind[:, axis] -= rotor
         columns = []
-        for column in error[::step].T:
-            angle, rate, acceleration = (np.zeros_like(motion.theta) for _ in range(3))
-            angle[:, axis] = TURN * column
-            rate[:, axis] = np.gradient(angle[:, axis], motion.ts)
-            acceleration[:, axis] = np.gradient(rate[:, axis], motion.ts)
-            moved = replace(
-                motion,
-                theta=motion.theta + angle,
-                thetad=motion.thetad + rate,
-                thetadd=motion.thetadd + acceleration,
-            )
-            more = self._torque(k, moved) - self._level[k] - rotor * acceleration
-            columns.append(-(weights @ more) / TURN)
+        for angle in error[::step].T:
+            rate = np.gradient(angle, motion.ts)
+            acceleration = np.gradient(rate, motion.ts)
+            pairs = (by_angle, angle), (by_rate, rate), (behind, acceleration)
+            columns.append(-(weights @ sum(slope * own[:, None] for slope, own in pairs)))
         return np.stack(columns, axis=2)
+
+    def _slopes_of(self, axis: int) -> list[list[Array]]:
+        """Torques (samples, n) of each block per angle, rate and acceleration of an axis; those of
+        the last axis are kept."""
+        if self._slopes[0] != axis:
+            self._slopes = axis, [self._slope(k, axis) for k in range(len(self.slow))]
+        return self._slopes[1]
+
+    def _slope(self, k: int, axis: int) -> list[Array]:
+        motion, slopes = self.slow[k][0], list[Array]()
+        for name in SIGNALS:
+            moved = getattr(motion, name).copy()
+            step = STEP * float(np.abs(moved[:, axis]).max()) or STEP
+            moved[:, axis] += step
+            torque = self._torque(k, replace(motion, **{name: moved}))
+            slopes.append((torque - self._level[k]) / step)
+        return slopes
 
     @cached_property
     def _level(self) -> list[Array]:

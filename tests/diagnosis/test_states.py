@@ -1,4 +1,4 @@
-"""States of effects along the runs: each from rest, or on from run to run where time does;
+"""States of effects along the runs: each as it begins, or on from run to run where time does;
 errors of angles, which are kept."""
 
 from __future__ import annotations
@@ -11,30 +11,42 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import ACCELERATION
 from flexhex.diagnosis.hypotheses.turning import states_of
 
 Array = NDArray[np.float64]
-TS, COUNT = 0.5, 4
+TS, COUNT, WINDOW = 0.5, 4, 1.0
 
 
-def states(starts: list[float], across: bool) -> list[list[float]]:
-    """Of an effect that counts its samples, along runs of four samples, 2 s each."""
+def states(
+    starts: list[float], across: bool, accelerations: Array | None = None
+) -> list[list[float]]:
+    """Of an effect that counts its samples from 10 and the first acceleration, along runs of four
+    samples, 2 s each."""
     runs: Any = [SimpleNamespace(start=start, motion=SimpleNamespace(ts=TS)) for start in starts]
 
     def along(state: Array, inputs: Array, fixed: Array) -> Array:
         return state + np.arange(1.0, len(inputs) + 1)[:, None]
 
-    def start(theta: Array, fixed: Array) -> list[Array]:
-        return [np.full((len(theta), 1), 10.0)]
+    def start(first: Array, fixed: Array) -> list[Array]:
+        return [10.0 + first[:, [ACCELERATION]]]
 
     effect = SimpleNamespace(shapes=())
     item: Any = SimpleNamespace(along=along, start=start, effect=effect, by_way=False)
-    signals = [(np.zeros((COUNT, 6)), np.zeros((COUNT, 6))) for _ in runs]
-    return [z[:, 0].tolist() for z in states_of(item, {}, 0, runs, signals, across)]
+    moved = np.zeros((COUNT, 6))
+    if accelerations is not None:
+        moved[:, ACCELERATION] = accelerations
+    listed = states_of(item, {}, 0, runs, [(moved, moved) for _ in runs], across, WINDOW)
+    return [z[:, 0].tolist() for z in listed]
 
 
-def test_every_run_begins_at_rest() -> None:
+def test_every_run_begins_anew() -> None:
     assert states([0.0, 2.0], across=False) == 2 * [[11.0, 12.0, 13.0, 14.0]]
+
+
+def test_run_begins_as_it_moves_over_the_window_in_which_an_acceleration_is_known() -> None:
+    (found,) = states([0.0], False, np.array([3.0, 5.0, 100.0, 100.0]))
+    assert found == [15.0, 16.0, 17.0, 18.0]
 
 
 def test_state_goes_on_where_the_run_before_ended() -> None:

@@ -162,7 +162,7 @@ def test_effect_advances_as_its_rate_says(effect: Effect) -> None:
     )
     every = motion(np.arange(2 * fine * count + 1) * h / 2).T
     samples = every[:, :: 2 * fine]
-    start = ca.DM(effect.start(ca.SX(samples[0, 0]), shape))
+    start = ca.DM(effect.start(axis([ca.SX(value) for value in samples[:, 0]]), shape))
     sampled = np.array(advance.mapaccum(count)(start, samples[:, :-1], samples[:, 1:]))
     path = step.mapaccum(fine * count)(start, every[:, :-2:2], every[:, 1::2], every[:, 2::2])
     exact = np.array(path)[:, fine - 1 :: fine]
@@ -170,6 +170,20 @@ def test_effect_advances_as_its_rate_says(effect: Effect) -> None:
     off = (np.abs(sampled - exact) > 2e-4 * largest + 1e-6).any(axis=0)
     assert not off.any(), f"{Ts * np.argmax(off):.4f} s"
     assert (exact[:, -1] != np.array(start).ravel()).all(), "the state never moved"
+
+
+def test_mode_of_a_log_that_begins_in_motion_does_not_ring() -> None:
+    """What swings lags behind a constant acceleration by a / w^2, from the first sample on."""
+    effect, shape = library()["flexible_mode"], {"f": 7.0, "zeta": 0.01}
+    v, a, Ts = 2.0, 3.0, 1e-3
+    first = axis([ca.SX(value) for value in (0, v, a, 0, 0, 0)])
+    now = axis([ca.SX(value) for value in (v * Ts + a * Ts**2 / 2, v + a * Ts, a, 0, 0, Ts)])
+    state = effect.start(first, shape)
+    then = effect.advance(first, now, state, shape, Ts)
+    lags = [float(ca.DM(z[0] - s.theta)) for z, s in ((state, first), (then, now))]
+    np.testing.assert_allclose(lags, -a / (2 * np.pi * shape["f"]) ** 2, rtol=1e-9)
+    assert abs(float(ca.DM(effect.columns(now, then, shape)))) < 1e-9 * a
+
 
 
 @each_with_states

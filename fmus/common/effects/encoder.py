@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import casadi as ca
 
-from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shapes, Signals
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+)
+
+PERIODS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0)
+"""Those that are tried."""
 
 
 class EncoderEccentricity(Effect):
-    """e_c (cos theta - 1) + e_s sin theta [rad]: the ring turns about another point.
+    """e_c (cos k theta - 1) + e_s sin k theta [rad]: the ring turns about another point, k = 1.
 
-    The encoder is zeroed at the neutral pose, hence the - 1.
+    A ring that is oval, or read by two heads, errs twice a turn; a resolver or an inductive encoder
+    as often as it has pairs of poles. The encoder is zeroed at the neutral pose, hence the - 1.
     """
 
     id, title, acts_on = "encoder_eccentricity", "eccentric encoder ring", "measurement"
@@ -18,6 +30,7 @@ class EncoderEccentricity(Effect):
         Gain("e_c", "rad", 1e-4, -0.02, 0.02, "cosine amplitude"),
         Gain("e_s", "rad", 1e-4, -0.02, 0.02, "sine amplitude"),
     )
+    shapes = (Shape("k", "1", 1.0, 64.0, 1.0, PERIODS, "periods per turn", whole=True, as_is=True),)
     turning = True
     excites = "the whole stroke, with much cogging"
     confused_with = ("cogging_harmonic", "quadratic_stiffness")
@@ -29,7 +42,8 @@ class EncoderEccentricity(Effect):
     )
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return ca.vertcat(ca.cos(s.theta) - 1, ca.sin(s.theta))
+        angle = shape["k"] * s.theta
+        return ca.vertcat(ca.cos(angle) - 1, ca.sin(angle))
 
 
 EFFECT = EncoderEccentricity()
