@@ -16,7 +16,7 @@ from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
 from flexhex.diagnosis.jointfit.fit import beside
-from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_delay
+from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_bent_delay
 from flexhex.diagnosis.prepare import Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
@@ -166,7 +166,7 @@ def _mechanism(
         side = selected(Bench(model, known), judged, say)
     # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
     least = CRITERIA.deviations, CRITERIA.smallest_rest
-    held = without_delay(side.fit, *least) if side.remains else None
+    held = without_bent_delay(side.fit, *least) if side.remains else None
     if held is not None:
         side.fit.bench.forget()
         side = selected(Bench(held, known), judged, say)

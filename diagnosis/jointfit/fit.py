@@ -28,7 +28,7 @@ COARSE, FIRM = 4, 1e-9
 SHARP = 0.05
 """Rate, relative to its RMS, at which dry friction is there."""
 HELD = 1e-3
-"""Tolerance of a delay that is held at zero, of the usual one."""
+"""Tolerance of a delay that is held, of the usual one."""
 MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
@@ -221,8 +221,8 @@ def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     p = np.array([k.nominal for k in base.linear]) + step[:n_p]
     gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
     most = LATEST * now.late
-    delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
+    delay = now.expected + float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
     widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
     loads = {load.name: step[model.places(load)] for load in model.loads}
-    return Fitted(p, gains, widths, delay, now.late, loads)
+    return Fitted(p, gains, widths, delay, now.late, loads, now.expected)

@@ -24,6 +24,8 @@ TOGETHER = 0.7
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
 DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
+FITS = 4
+"""Fits until each axis has the variance of what is left there."""
 EXPLAINED = 0.5
 """Part of the squares of all axes' residuals that a delay may leave at most."""
 
@@ -54,24 +56,42 @@ def strange_axes(model: Calibrated) -> list[int]:
     return [int(i) for i in np.flatnonzero(together < TOGETHER)]
 
 
-def without_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:
-    """The base model with no delay of the torques and no freedom for one, if the fit has a clear
-    one that does not explain what is left: another cause bends it then. None else.
+def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:
+    """The base model with the delay of the torques that the axes ask for that fit best, and no
+    freedom for another one, if the fit has a clear one that does not explain what is left: another
+    cause bends it then. None else.
 
     A delay is common to all axes. So it takes from the repeatable residual of each, and what it
     leaves is compared as the likelihood of all axes is, each with a variance of its own: one axis
-    on which something else is missing has no say over those that fit. deviations: standard errors
-    that a clear one stands above zero; least: relative RMS below which nothing is left.
+    on which something else is missing has no say over those that fit. An only axis may ask for
+    none. deviations: standard errors that a clear one stands above zero; least: relative RMS below
+    which nothing is left.
     """
     model = fit.bench.model
     if not _clear(fit, deviations):
         return None
-    fitted = replace(model.fitted, delay=0.0, late=HELD * model.fitted.late)
+    delay = _best_fitting(fit) if model.base.n > 1 else 0.0
+    if abs(delay - delay_of(fit)[0]) < DELAYED:
+        return None
+    late = HELD * model.fitted.late
+    fitted = replace(model.fitted, delay=delay, expected=delay, late=late)
     held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
     held = held.as_sure(model)
     alone = again(fit, Bench(held, list(fit.bench.effects.values())))
     after, before = (np.maximum(_repeating(f), least * model.torque_rms) for f in (fit, alone))
     return None if np.prod((after / before) ** 2) < EXPLAINED else held
+
+
+def _best_fitting(fit: Joint) -> float:
+    """The delay of the torques [s] in a fit in which each axis has the variance of what is left
+    there, the largest likelihood of all."""
+    for _ in range(FITS):
+        model = fit.bench.model
+        left = [model.white(i, [own[:, i] for own in fit.residual]) for i in range(model.base.n)]
+        scale = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in left]
+        even = replace(model, noise=replace(model.noise, scale=scale))
+        fit = again(fit, Bench(even, list(fit.bench.effects.values())))
+    return delay_of(fit)[0]
 
 
 def _repeating(fit: Joint) -> Array:
@@ -86,8 +106,8 @@ def delay_of(fit: Joint) -> tuple[float, float]:
     """The torques' common delay and its standard deviation [s]."""
     model = fit.bench.model
     place = next(i for i, known in enumerate(model.known) if known.group == "delay")
-    values = np.array([fit.q[place], fit.covariance[place, place] ** 0.5]) * model.scale[place]
-    return float(values[0]), float(values[1])
+    scale, deviation = model.scale[place], fit.covariance[place, place] ** 0.5
+    return float(model.fitted.expected + fit.q[place] * scale), float(deviation * scale)
 
 
 def _clear(fit: Joint, deviations: float) -> bool:

@@ -34,8 +34,8 @@ STRETCHES = 4
 @dataclass(frozen=True)
 class Fitted:
     """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
-    tolerance late [s], and the linear ones p, gains that they belong to; loads: what payloads add
-    to p, by their name."""
+    tolerance late [s] about the one that is expected [s], and the linear ones p, gains that they
+    belong to; loads: what payloads add to p, by their name."""
 
     p: Array
     gains: Array
@@ -43,6 +43,7 @@ class Fitted:
     delay: float
     late: float
     loads: Mapping[str, Array] = field(default_factory=dict)
+    expected: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class Calibrated:
         """Coefficients (nb,) of the machine file's own parameters, the clocks brought together."""
         q = np.zeros(len(self.known))
         late = next(i for i, k in enumerate(self.known) if k.group == "delay")
-        q[late] = self.fitted.delay / self.scale[late]
+        q[late] = (self.fitted.delay - self.fitted.expected) / self.scale[late]
         return q
 
     def forget(self) -> None:

@@ -43,7 +43,7 @@ def about(
         for name in listed
         for i in range(len(base.curved))
     ]
-    delay = Known("delay", "s", 0.0, fitted.late, "delay")
+    delay = Known("delay", "s", fitted.expected, fitted.late, "delay")
     wrong = base.geometry.known if base.geometry else ()
     payloads = [known for load in loads for known in load.known]
     known = (*base.linear, *base.curved, *base.widths, delay, *wrong, *histories, *payloads)
@@ -81,7 +81,7 @@ def about(
         y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
             p0, block.run.payload
         )
-        y = y + rate * fitted.delay
+        y = y + rate * (fitted.delay - fitted.expected)
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         if given:
