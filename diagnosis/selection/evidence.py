@@ -213,18 +213,22 @@ def log_evidence(values: Array, turned: Array, prior: float | Array) -> Array:
 
 
 def together(moments: Moments, terms: Sequence[Term]) -> float:
-    """What terms of a model add, all of them, to the log predictive density of its folds [nats].
+    """What terms of a model add, all of them, to the log predictive density of its folds [nats]."""
+    folds = moments.rows.folds
+    total = len(folds) * evidence_of(moments, terms)
+    return total - sum(evidence_of(moments, terms, fold) for fold in folds)
+
+
+def evidence_of(moments: Moments, terms: Sequence[Term], left: Left = None) -> float:
+    """Evidence for terms of a model, all of them, of all folds but one [nats].
 
     Their gains q and covariance C in the fit of the whole model say it: C^-1 is S + P, and C^-1 q
     is r, beside the model without them.
     """
     own = np.concatenate([np.arange(moments.m)[moments.place(term)] for term in terms])
-    size, total = moments.prior[own] ** -0.5, dict[Left, float]()
-    for left in [None, *moments.rows.folds]:
-        fit = moments.fit(left)
-        # errors of a form are small beside the effect itself
-        covariance: Array = fit.covariance(own) / np.outer(size, size)
-        values, vectors = np.linalg.eigh(covariance)
-        turned = vectors.T @ (fit.q[own] / size)
-        total[left] = float((turned**2 / values + np.log(values)).sum()) / 2
-    return sum(total[None] - total[fold] for fold in moments.rows.folds)
+    size, fit = moments.prior[own] ** -0.5, moments.fit(left)
+    # errors of a form are small beside the effect itself
+    covariance: Array = fit.covariance(own) / np.outer(size, size)
+    values, vectors = np.linalg.eigh(covariance)
+    turned = vectors.T @ (fit.q[own] / size)
+    return float((turned**2 / values + np.log(values)).sum()) / 2

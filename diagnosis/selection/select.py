@@ -17,7 +17,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.bars import bars_of, form_error, passes
 from flexhex.diagnosis.selection.choose import Accepted, as_good, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.evidence import together
+from flexhex.diagnosis.selection.evidence import evidence_of, together
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody, Payload
@@ -112,7 +112,8 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
 def _nameless(search: Search, axis: int) -> tuple[Score, Score | None]:
     """Something without a name on an axis beside all that was accepted, and in the place of all
     effects that were accepted there, if it predicts better than these do with the errors of their
-    form and with the former beside them: then they only imitate it."""
+    form and with the former beside them: then they only imitate it. All runs together must say so,
+    too: what learns little from other trajectories has more to gain from one."""
     moments, criteria = search.moments, search.criteria
     listed, own = search.hypotheses.generic(axis), search.own(axis)
     beside = generic_score(moments, listed)
@@ -120,10 +121,13 @@ def _nameless(search: Search, axis: int) -> tuple[Score, Score | None]:
         return beside, None
     terms = [term for _, both in own for term in both]
     other = generic_score(moments.without(*terms), listed)
-    gain = together(moments, terms) + max(beside.gain, 0.0)
-    gain -= sum(log(score.hypothesis.choices) for score, _ in own)
     error = max(form_error(score, criteria) for score, _ in own)
-    return beside, None if as_good(gain, other.gain, error, criteria) else other
+    choices = sum(log(score.hypothesis.choices) for score, _ in own)
+    gain = together(moments, terms) + max(beside.gain, 0.0) - choices
+    whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices
+    pairs = (gain, other.gain), (whole, other.whole)
+    as_well = any(as_good(mine, its, error, criteria) for mine, its in pairs)
+    return beside, None if as_well else other
 
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
