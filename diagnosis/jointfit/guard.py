@@ -57,20 +57,19 @@ def strange_axes(model: Calibrated) -> list[int]:
 
 
 def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:
-    """The base model with the delay of the torques that the axes ask for that fit best, and no
-    freedom for another one, if the fit has a clear one that does not explain what is left: another
-    cause bends it then. None else.
+    """The base model with the delay of the torques that those axes ask for on which nothing is left
+    then, none if there are none, and no freedom for another one, if the fit has a clear one that
+    does not explain what is left: another cause bends it then. None else.
 
     A delay is common to all axes. So it takes from the repeatable residual of each, and what it
     leaves is compared as the likelihood of all axes is, each with a variance of its own: one axis
-    on which something else is missing has no say over those that fit. An only axis may ask for
-    none. deviations: standard errors that a clear one stands above zero; least: relative RMS below
-    which nothing is left.
+    on which something else is missing has no say over those that fit. deviations: standard errors
+    that a clear one stands above zero; least: relative RMS below which nothing is left.
     """
     model = fit.bench.model
     if not _clear(fit, deviations):
         return None
-    delay = _best_fitting(fit) if model.base.n > 1 else 0.0
+    delay = _asked_by_axes_that_fit(fit, least)
     if abs(delay - delay_of(fit)[0]) < DELAYED:
         return None
     late = HELD * model.fitted.late
@@ -82,16 +81,17 @@ def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrate
     return None if np.prod((after / before) ** 2) < EXPLAINED else held
 
 
-def _best_fitting(fit: Joint) -> float:
+def _asked_by_axes_that_fit(fit: Joint, least: float) -> float:
     """The delay of the torques [s] in a fit in which each axis has the variance of what is left
-    there, the largest likelihood of all."""
+    there, the largest likelihood of all; zero if something is left on all of them."""
     for _ in range(FITS):
         model = fit.bench.model
         left = [model.white(i, [own[:, i] for own in fit.residual]) for i in range(model.base.n)]
         scale = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in left]
         even = replace(model, noise=replace(model.noise, scale=scale))
         fit = again(fit, Bench(even, list(fit.bench.effects.values())))
-    return delay_of(fit)[0]
+    fits = _repeating(fit) < least * fit.bench.model.torque_rms
+    return delay_of(fit)[0] if fits.any() else 0.0
 
 
 def _repeating(fit: Joint) -> Array:
