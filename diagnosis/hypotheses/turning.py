@@ -75,9 +75,10 @@ def states_of(
     assert item.start is not None
     fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
     first = np.array([own[0, :N_SIGNAL] for own, _ in signals])
-    for run, own, now in zip(runs, signals, first, strict=True):
+    for k, run in enumerate(runs):
         # an acceleration of one sample is noise
-        now[ACCELERATION] = own[0][: max(round(window / run.motion.ts), 1), ACCELERATION].mean()
+        part = slice(max(round(window / run.motion.ts), 1))
+        first[k, ACCELERATION] = signals[k][0][part, ACCELERATION].mean()
     (rest,) = item.start(first, alike(fixed, len(first)))
     states: dict[int, Array] = {}
     state, now = None, 0.0

@@ -148,7 +148,7 @@ def added(model: Identified, now: list[Signals], state: ca.SX, p: ca.SX) -> ca.S
 def start(model: Identified, r: ca.SX, p: ca.SX) -> ca.SX:
     """States of the effects at rest."""
     states = [
-        term.effect.start(r[term.axis], shape)
+        term.effect.start(Signals.resting(r[term.axis]), shape)
         for term, own, shape in _own(model, ca.SX.zeros(model.n_states), p)
         if own.numel()
     ]

@@ -16,6 +16,7 @@ from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.selection import hypotheses, search, side
+from flexhex.diagnosis.selection import select as select_module
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -70,6 +71,31 @@ def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
     wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(9.0 * q))
     assert names(wave) == ["cogging_harmonic"]
     assert not wave.instead
+
+
+@pytest.mark.parametrize(
+    ("others", "displaced"),
+    [((130.0, 60.0), True), ((130.0, 50.0), False), ((100.0, 60.0), False)],
+    ids=["both", "left-out runs alone", "all runs alone"],
+)
+def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
+    others: tuple[float, float], displaced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The effect gains 100 nats on left-out runs and has an evidence of 50; something without a
+    name in its place `others`, beside it nothing."""
+    monkeypatch.setattr(select_module, "together", lambda moments, terms: 100.0)
+    monkeypatch.setattr(select_module, "evidence_of", lambda moments, terms: 50.0)
+    scores = [SimpleNamespace(gain=g, whole=w) for g, w in ((0.0, 0.0), others)]
+    monkeypatch.setattr(select_module, "generic_score", lambda moments, listed: scores.pop(0))
+    effect = SimpleNamespace(hypothesis=SimpleNamespace(choices=1))
+    subject: Any = SimpleNamespace(
+        moments=SimpleNamespace(without=lambda *terms: None),
+        criteria=USUAL,
+        hypotheses=SimpleNamespace(generic=lambda axis: []),
+        own=lambda axis: [(effect, (None, None))],
+    )
+    _, instead = select_module._nameless(subject, 0)
+    assert (instead is not None) == displaced
 
 
 @pytest.mark.parametrize(("size", "freed"), [(0.06, []), (0.0, [0])], ids=["bump", "nothing"])

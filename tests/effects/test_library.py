@@ -185,7 +185,6 @@ def test_mode_of_a_log_that_begins_in_motion_does_not_ring() -> None:
     assert abs(float(ca.DM(effect.columns(now, then, shape)))) < 1e-9 * a
 
 
-
 @each_with_states
 def test_effect_default_advance_agrees_with_the_exact_one(effect: Effect) -> None:
     """The base class's step of Runge-Kutta: what an effect gets that gives its rate alone."""

@@ -89,6 +89,12 @@ class Signals:
     time: Any
     others: tuple[Signals, ...] = ()
 
+    @staticmethod
+    def resting(theta: Any) -> Signals:
+        """At an angle, without motion or torque."""
+        still = ca.SX(0)
+        return Signals(theta, still, still, still, still, still)
+
     def towards(self, now: Signals, share: float) -> Signals:
         """The instant `share` (0..1) of the way to `now`, by straight lines."""
         names = ("theta", "thetad", "thetadd", "tau", "taud", "time")

@@ -135,7 +135,7 @@ class Bank:
     def start(self, theta: ca.SX) -> ca.SX:
         """The state (n_states,) at rest at theta (n,)."""
         listed = [
-            part.effect.start(Signals(theta[part.axis], *[ca.SX(0)] * 5), part.shape)
+            part.effect.start(Signals.resting(theta[part.axis]), part.shape)
             for part in self.parts
             if part.effect.states
         ]
