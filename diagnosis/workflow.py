@@ -27,7 +27,7 @@ from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
-from flexhex.diagnosis.selection.found import found
+from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.strips import strips
@@ -162,11 +162,12 @@ def _mechanism(
     for _ in range(SEARCHES - 1):
         # the columns and rows of one search at a time: they take most of the memory
         now.bench.forget()
-        anew = ((beside(joint), joint.geared) for joint in now.accepted)
-        settled = next((m for m, axes in anew if _moved(model, m, axes)), None)
+        settled = _settled(model, now)
         if settled is None:
             break
         model = settled
+        # before the next one, as it holds all that was scored
+        del now
         now = found(Bench(model, known), judged, say)
     # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
     side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
@@ -176,6 +177,15 @@ def _mechanism(
         now = found(Bench(held, known), judged, say)
         side, before = now.side, before_of(now.bench.model, now.others)
     return before, side
+
+
+def _settled(model: Calibrated, now: Found) -> Calibrated | None:
+    """The base model beside what was found, if that moved it."""
+    for joint in now.accepted:
+        anew = beside(joint)
+        if _moved(model, anew, joint.geared):
+            return anew
+    return None
 
 
 def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool:
