@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from gc import collect
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +31,7 @@ from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.strips import strips
 from flexhex.fmus.common.effects import Effect, library
+from flexhex.numeric.memory import give_back
 
 Array = NDArray[np.float64]
 SEARCHES, BENT, LATER = 3, 0.05, 0.2
@@ -76,6 +76,7 @@ def diagnose(
         )
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)
+    give_back()
     if smoothed:
         run_set = replace(run_set, findings=(smoothed, *run_set.findings), coarse=coarse)
     trouble = misfit(model)
@@ -157,17 +158,17 @@ def _mechanism(
     """
     now = found(Bench(model, known), judged, say)
     before = before_of(now.bench.model, now.others)
-    # hypotheses and what makes their columns refer to each other
-    collect()
     for _ in range(SEARCHES - 1):
         # the columns and rows of one search at a time: they take most of the memory
         now.bench.forget()
+        give_back()
         settled = _settled(model, now)
         if settled is None:
             break
         model = settled
         # before the next one, as it holds all that was scored
         del now
+        give_back()
         now = found(Bench(model, known), judged, say)
     # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
     side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
