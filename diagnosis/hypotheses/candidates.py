@@ -21,7 +21,7 @@ from flexhex.numeric.rows import alike
 Array = NDArray[np.float64]
 LARGER = 2.0
 """Times that a value is clearly larger than another."""
-KEPT = 200_000_000
+KEPT = 120_000_000
 """Room for columns of effects that are kept for other fits to the same runs [bytes]."""
 SIGNALS = 60_000_000
 """Room for signals of other axes than the one that is asked for [bytes]."""

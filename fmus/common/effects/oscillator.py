@@ -16,7 +16,6 @@ from flexhex.fmus.common.effects.effect import (
     Signals,
     State,
 )
-from flexhex.fmus.common.model.solve import reciprocal
 
 FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(-20, 47))
 """A mode is as wide as twice its damping; finer steps are the search's."""
@@ -66,7 +65,8 @@ class FlexibleMode(Effect):
         """
         w, zeta = 2 * ca.pi * shape["f"], shape["zeta"]
         wd = w * ca.sqrt(1 - zeta**2)
-        decay, soft = ca.exp(-zeta * w * Ts), reciprocal(w**2)
+        # of a plain 1 / w^2 CasADi would make a division in every step
+        decay, soft = ca.exp(-zeta * w * Ts), 0.5 * (2 / w**2)
         along, across = decay * ca.cos(wd * Ts), decay * ca.sin(wd * Ts) / wd
         damped = zeta * w * across
         drift = -(soft / Ts) * (now.thetadd - before.thetadd)
