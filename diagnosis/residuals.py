@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.jointfit.answer import axis_rms, repeat_rms
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import units_of
+from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import Residual
 from flexhex.diagnosis.runs.blocks import torque_rms
 from flexhex.diagnosis.runs.noise import measured
@@ -32,9 +34,8 @@ class Before:
     judged: Mapping[str, Array]
 
 
-def before_of(side: Side) -> Before:
-    """Of the base model that a side was searched beside."""
-    model, others = side.fit.bench.model, side.others
+def before_of(model: Calibrated, others: Elsewhere | None) -> Before:
+    """Of a base model, on its own runs and on others."""
     plain, bare = model.regression.q, model.nominal
     judged: dict[str, Array] = {}
     if others is not None:

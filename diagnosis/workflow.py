@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from gc import collect
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +26,12 @@ from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
+from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.select import carrying
-from flexhex.diagnosis.selection.side import Side, selected
+from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.strips import strips
 from flexhex.fmus.common.effects import Effect, library
+from flexhex.numeric.memory import give_back
 
 Array = NDArray[np.float64]
 SEARCHES, BENT, LATER = 3, 0.05, 0.2
@@ -75,6 +76,7 @@ def diagnose(
         )
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)
+    give_back()
     if smoothed:
         run_set = replace(run_set, findings=(smoothed, *run_set.findings), coarse=coarse)
     trouble = misfit(model)
@@ -103,7 +105,8 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         drift, model = drifts[0].fit, without(settled.fit, drifts[0].fit)
         settled.fit.bench.model.forget()
         del drifts, sides[0]
-        settled = selected(Bench(model, known), judged, lambda text: progress(text, 3, 4), drift)
+        again = found(Bench(model, known), judged, lambda text: progress(text, 3, 4), drift)
+        settled = again.side
         sides.insert(0, settled)
         drifts = drifts_of(settled, judged)
     sides += drifts
@@ -111,7 +114,9 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     main = next((side for side in sides if side.matters), settled)
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
     changed = settled.changed
-    residual = residual_of(before if main is settled else before_of(main), main)
+    residual = residual_of(
+        before if main is settled else before_of(main.fit.bench.model, main.others), main
+    )
     notes += slow(residual, main.left)
     verdict = _verdict(model, sides, named, changed, notes, run_set.coarse)
     doubt = run_set.doubt or negative(settled.fit, CRITERIA.deviations)
@@ -151,27 +156,37 @@ def _mechanism(
     What is missing bends the fit of widths and delay, and a bent fit asks for effects that are not
     there; so the search begins anew beside the base model that its own answer leaves.
     """
-    side = selected(Bench(model, known), judged, say)
-    before = before_of(side)
-    # hypotheses and what makes their columns refer to each other
-    collect()
+    now = found(Bench(model, known), judged, say)
+    before = before_of(now.bench.model, now.others)
     for _ in range(SEARCHES - 1):
         # the columns and rows of one search at a time: they take most of the memory
-        side.fit.bench.forget()
-        anew = ((beside(joint), joint.geared) for joint in side.accepted)
-        settled = next((m for m, axes in anew if _moved(model, m, axes)), None)
+        now.bench.forget()
+        give_back()
+        settled = _settled(model, now)
         if settled is None:
             break
         model = settled
-        side = selected(Bench(model, known), judged, say)
+        # before the next one, as it holds all that was scored
+        del now
+        give_back()
+        now = found(Bench(model, known), judged, say)
     # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
-    least = CRITERIA.deviations, CRITERIA.smallest_rest
+    side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
     held = without_bent_delay(side.fit, *least) if side.remains else None
     if held is not None:
-        side.fit.bench.forget()
-        side = selected(Bench(held, known), judged, say)
-        before = before_of(side)
+        now.bench.forget()
+        now = found(Bench(held, known), judged, say)
+        side, before = now.side, before_of(now.bench.model, now.others)
     return before, side
+
+
+def _settled(model: Calibrated, now: Found) -> Calibrated | None:
+    """The base model beside what was found, if that moved it."""
+    for joint in now.accepted:
+        anew = beside(joint)
+        if _moved(model, anew, joint.geared):
+            return anew
+    return None
 
 
 def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool:

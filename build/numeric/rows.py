@@ -62,7 +62,9 @@ class RowFunction:
 
 def alike(values: Array, rows: int) -> Array:
     """The same values (size,) in each of so many rows, without a copy for each."""
-    return np.broadcast_to(values, (rows, len(values)))
+    one = np.ascontiguousarray(values, dtype=np.float64)
+    # what `broadcast_to` gives takes longer than many a function of a short log
+    return np.ndarray((rows, len(one)), np.float64, one, strides=(0, one.itemsize))
 
 
 def native(functions: Sequence[ca.Function], cache: Path | None = None) -> list[RowFunction]:
@@ -86,4 +88,6 @@ def _map(function: ca.Function) -> str:
 
 
 def _pointers(arrays: Sequence[Array]) -> ctypes.Array[ctypes.c_void_p]:
-    return (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
+    return (ctypes.c_void_p * len(arrays))(
+        *(array.__array_interface__["data"][0] for array in arrays)
+    )

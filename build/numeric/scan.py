@@ -13,10 +13,15 @@ from flexhex.numeric.library import Array, pointer, short, with_loops
 
 _SCAN = """
 int scan_{name}_sx(const double **arg, double **res, int *iw, double *w, int mem);
+int scan_{name}_first_sx(const double **arg, double **res, int *iw, double *w, int mem);
 void {name}_along(long rows, const double *inputs, const double *fixed, double *states) {{
+  double once[{n_once}];
+  const double *given[] = {{fixed}};
+  double *first[] = {{once}};
+  scan_{name}_first_sx(given, first, 0, 0, 0);
   for (long k = 1; k < rows; ++k) {{
     const double *arg[] = {{states + (k - 1) * {n_state}, inputs + (k - 1) * {n_input},
-                           inputs + k * {n_input}, fixed}};
+                           inputs + k * {n_input}, once}};
     double *res[] = {{states + k * {n_state}}};
     scan_{name}_sx(arg, res, 0, 0, 0);
   }}
@@ -49,14 +54,33 @@ class ScanFunction:
 
 
 def scans(functions: Sequence[ca.Function], cache: Path | None = None) -> list[ScanFunction]:
-    """SX functions named `scan_<what>` of (state, before, now, fixed), compiled into `cache`.
+    """SX functions named `scan_<what>` of (state, before, now, fixed), compiled into `cache`. What
+    goes with `fixed` alone is computed once for all samples.
 
     Raises BuildError when there is no compiler or it fails.
     """
-    library = with_loops(functions, [_loop(f) for f in functions], "scan", cache)
+    parts = [_parted(function) for function in functions]
+    loops = [_loop(step, first) for step, first in parts]
+    library = with_loops([f for pair in parts for f in pair], loops, "scan", cache)
     return [ScanFunction(library, function) for function in functions]
 
 
-def _loop(function: ca.Function) -> str:
-    n_state, n_input = function.numel_in(0), function.numel_in(1)
-    return _SCAN.format(name=short(function), n_state=n_state, n_input=n_input)
+def _parted(function: ca.Function) -> tuple[ca.Function, ca.Function]:
+    """A step whose last input is `fixed` and all that follows from it, and that of `fixed`."""
+    *inputs, fixed = function.sx_in()
+    step, symbols, values = ca.extract_parametric(ca.cse(function(*inputs, fixed)), fixed)
+    once, first = ca.vertcat(fixed, *symbols), ca.vertcat(fixed, *values)
+    name = function.name()
+    return (
+        ca.Function(name, [*inputs, once], [step]),
+        ca.Function(f"{name}_first", [fixed], [first]),
+    )
+
+
+def _loop(step: ca.Function, first: ca.Function) -> str:
+    return _SCAN.format(
+        name=short(step),
+        n_state=step.numel_in(0),
+        n_input=step.numel_in(1),
+        n_once=first.numel_out(0),
+    )

@@ -15,7 +15,8 @@ from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import Run, blocks
-from flexhex.diagnosis.selection.side import Side, selected
+from flexhex.diagnosis.selection.found import found
+from flexhex.diagnosis.selection.side import Side
 from flexhex.fmus.common.effects import library
 
 APART = 3.0
@@ -43,11 +44,11 @@ def drives_of(model: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> 
     there = calibrate(path, blocks(path, driven(runs, common), path.spacing))
     drives = compiled(base.n, {name: e for name, e in library().items() if e.reported})
     validation = driven(judged, common)
-    side = selected(Bench(there, drives), validation, lambda text: None)
+    side = found(Bench(there, drives), validation, lambda text: None).side
     late = _late(side, path, runs, common)
     if late:
         refined = LateBench(there, drives, late)
-        side = selected(refined, validation, lambda text: None)
+        side = found(refined, validation, lambda text: None).side
         texts = dict.fromkeys(each.text for each in late.values())
         side = replace(side, notes=(*side.notes, *texts))
     return [replace(side, notes=tuple(WHERE + note for note in side.notes))]

@@ -21,8 +21,8 @@ from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.friction import Form
 from flexhex.diagnosis.estimation.machine_values import possible_values
 from flexhex.diagnosis.estimation.weights import even, first_weights, levelled
-from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.jointfit.known import about_known
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.prepare import fitted
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression

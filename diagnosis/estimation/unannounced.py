@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
-from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.result.verdict import LARGE
 from flexhex.diagnosis.runs.blocks import Run
 

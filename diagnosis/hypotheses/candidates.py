@@ -21,8 +21,10 @@ from flexhex.numeric.rows import alike
 Array = NDArray[np.float64]
 LARGER = 2.0
 """Times that a value is clearly larger than another."""
-KEPT = 6_000_000
-"""Rows of shapes of effects that are kept for other fits to the same runs."""
+KEPT = 120_000_000
+"""Room for columns of effects that are kept for other fits to the same runs [bytes]."""
+SIGNALS = 60_000_000
+"""Room for signals of other axes than the one that is asked for [bytes]."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 
@@ -140,12 +142,11 @@ class Bench:
         if not item.moved or self.across:
             return self._smoothed(item, axis, shape)
         key, blocks = (item.effect, axis, *shape.items()), self.model.blocks
-        if all(key in block.made for block in blocks):
-            return [block.made[key] for block in blocks]
+        if all(key in block.made.columns for block in blocks):
+            return [block.made.columns[key] for block in blocks]
         columns = self._smoothed(item, axis, shape)
-        if len(blocks[0].made) * sum(len(block.at) for block in blocks) < KEPT:
-            for block, own in zip(blocks, columns, strict=True):
-                block.made[key] = own
+        for block, own in zip(blocks, columns, strict=True):
+            block.made.add(key, own, KEPT // len(blocks))
         return columns
 
     def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
@@ -195,9 +196,10 @@ class Bench:
         place = "drive" if effect.entered else "link" if effect.geared else ""
         kind = axis, item.alone, place, seen
         if kind not in self._kept:
-            if self._kept and next(iter(self._kept))[0] != axis:
-                self._kept.clear()
             self._kept[kind] = self._signals_of(*kind)
+            others = [other for other in self._kept if other[0] != axis]
+            while others and sum(x.nbytes for own in self._kept.values() for x in own) > SIGNALS:
+                del self._kept[others.pop(0)]
         return self._kept[kind]
 
     def _followed(self, item: Compiled, axis: int) -> list[tuple[Array, Array]]:

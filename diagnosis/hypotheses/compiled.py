@@ -30,6 +30,7 @@ class Compiled:
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
     by_way: its states follow the way that angles go: noise must not count as way.
     slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
+    along: of (state, signals, shapes and time between two samples).
     moved: it goes with motion and time alone, whatever a fit makes of the torque. start: states
     (rows, states) of motions that have long gone on as in signals (rows, 6) of the axis.
     """
@@ -159,9 +160,10 @@ def _advance(effect: Effect, n: int) -> ca.Function:
     before, now = ca.SX.sym("before", size), ca.SX.sym("now", size)
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
     a, b = (signals(n, _wide(u, n)) for u in (before, now))
-    step = b.time - a.time
+    step = ca.SX.sym("Ts")
     following = effect.advance(a, b, state, _shape(effect, fixed), step)
-    return ca.Function(f"scan_{effect.id}", [state, before, now, fixed], [ca.cse(following)])
+    given = ca.vertcat(fixed, step)
+    return ca.Function(f"scan_{effect.id}", [state, before, now, given], [ca.cse(following)])
 
 
 def _wide(u: ca.SX, n: int) -> ca.SX:

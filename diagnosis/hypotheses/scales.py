@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -75,8 +76,18 @@ class Scales:
         ranges = self.ranges(name, axis)
         return all(ranges[n].low <= v for n, v in shape.items())
 
-    def ranges(self, name: str, axis: int) -> dict[str, Shape]:
+    def ranges(self, name: str, axis: int) -> Mapping[str, Shape]:
         """Shapes of an effect with bounds and grid for an axis."""
+        if (name, axis) not in self._ranges:
+            self._ranges[name, axis] = self._ranged(name, axis)
+        return self._ranges[name, axis]
+
+    @cached_property
+    def _ranges(self) -> dict[tuple[str, int], Mapping[str, Shape]]:
+        """Those that were asked for: a search asks for every shape."""
+        return {}
+
+    def _ranged(self, name: str, axis: int) -> Mapping[str, Shape]:
         shapes = {}
         for s in self.effects[name].shapes:
             times = self._times(s, axis)

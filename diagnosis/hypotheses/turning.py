@@ -46,7 +46,8 @@ def states_along(
     step before and after it, or more of one of them by how much later the motion turned.
     """
     assert item.along is not None
-    states = item.along(state, finer, fixed)
+    step = motion.ts / (2 if item.by_way else 1)
+    states = item.along(state, finer, np.append(fixed, step))
     if not item.by_way:
         return states
     before, after, result = states[1:-2:2], states[3::2], states[::2].copy()
@@ -73,13 +74,13 @@ def states_of(
     """
     assert item.along is not None
     assert item.start is not None
-    fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+    fixed = np.array([shape[s.name] for s in item.effect.shapes])
     first = np.array([own[0, :N_SIGNAL] for own, _ in signals])
     for k, run in enumerate(runs):
         # an acceleration of one sample is noise
         part = slice(max(round(window / run.motion.ts), 1))
         first[k, ACCELERATION] = signals[k][0][part, ACCELERATION].mean()
-    (rest,) = item.start(first, alike(fixed, len(first)))
+    (rest,) = item.start(first, alike(fixed if len(fixed) else np.zeros(1), len(first)))
     states: dict[int, Array] = {}
     state, now = None, 0.0
     for k in sorted(range(len(runs)), key=lambda k: runs[k].start):
@@ -89,7 +90,7 @@ def states_of(
         if across:
             length = run.motion.ts * len(own)
             for _ in range(round((run.start - now) / length)):
-                state = item.along(state, own, fixed)[-1]
+                state = item.along(state, own, np.append(fixed, run.motion.ts))[-1]
             now = run.start + length
         states[k] = states_along(item, state, finer, fixed, run.motion, axis)
         state = states[k][-1]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -13,11 +14,16 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
-from flexhex.diagnosis.jointfit.stacked import blends, deviations_of, shape_names, stack
+from flexhex.diagnosis.jointfit.leftover import repeating
+from flexhex.diagnosis.jointfit.stacked import (
+    Deviations,
+    blends,
+    deviations_of,
+    shape_names,
+    stack,
+)
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
-from flexhex.diagnosis.runs.blocks import Block
-from flexhex.diagnosis.runs.noise import pairs, whiten
 
 Array = NDArray[np.float64]
 CORRELATED = 3.0
@@ -28,23 +34,18 @@ CORRELATED = 3.0
 class Joint:
     """All effects that were found, fitted together with the base model.
 
-    parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
-    deviation and shape_deviation: standard deviations of gains and shapes; bent: how far an error
-    of the form as large as the effect moves each shape; sure: in how many deviations the gains of a
-    part stand above zero together, further: its gains but the first; q: coefficients of the base
-    columns; freed: inverse variances of base parameters that left their tolerances, by place.
+    parts: each effect on each axis with its shape; beta: gains of the parts, one after the other;
+    q: coefficients of the base columns; freed: inverse variances of base parameters that left their
+    tolerances, by place; blended: columns that bend the gains, see `blends`. How sure gains and
+    shapes are is computed when asked for, as most fits only say what is left.
     """
 
     bench: Bench
     effects: tuple[SelectedEffect, ...]
     beta: tuple[Array, ...]
-    deviation: tuple[Array, ...]
-    shape_deviation: tuple[dict[str, float], ...]
-    bent: tuple[dict[str, float], ...]
-    sure: tuple[float, ...]
-    further: tuple[float, ...]
     q: Array
     freed: Mapping[int, float] = field(default_factory=dict)
+    blended: tuple[Columns, ...] = ()
 
     @property
     def parts(self) -> list[Part]:
@@ -58,10 +59,42 @@ class Joint:
         return [p.axis for p in self.parts if p.axis is not None and effects[p.id].effect.geared]
 
     @cached_property
+    def deviations(self) -> Deviations:
+        """How sure gains and shapes are."""
+        regression = _freed(self.bench, self.freed, self.blended)
+        columns, tangents = stack(self.bench, regression, self.parts)
+        return deviations_of(self.bench, regression, self.parts, columns, tangents)
+
+    @property
+    def deviation(self) -> tuple[Array, ...]:
+        """Standard deviations of the gains of each part."""
+        return tuple(self.deviations.gains[k] for k in self._places)
+
+    @cached_property
+    def sure(self) -> tuple[float, ...]:
+        """In how many deviations the gains of each part stand above zero together."""
+        return tuple(map(_sure, self.beta, self.deviation, self._covariances))
+
+    @cached_property
+    def further(self) -> tuple[float, ...]:
+        """The same of its gains but the first."""
+        each = zip(self.beta, self.deviation, self._covariances, strict=True)
+        return tuple(_sure(g[1:], d[1:], block[1:, 1:]) for g, d, block in each)
+
+    @property
+    def _places(self) -> list[slice]:
+        """Where the gains of each part stand in those of all."""
+        edges = np.cumsum([0, *map(len, self.beta)])
+        return [slice(a, b) for a, b in pairwise(edges)]
+
+    @property
+    def _covariances(self) -> list[Array]:
+        return [self.deviations.covariance[k, k] for k in self._places]
+
+    @cached_property
     def fitted(self) -> Regression:
         """All rows, base columns and effects beside each other."""
-        fitted = self.bench.model.regression.loosened(self.freed)
-        return fitted.extended([part.columns for part in self.parts]) if self.parts else fitted
+        return _freed(self.bench, self.freed, [part.columns for part in self.parts])
 
     @cached_property
     def covariance(self) -> Array:
@@ -112,32 +145,27 @@ def joint(
     freed: Mapping[int, float] = MappingProxyType({}),
 ) -> Joint:
     """Fit base model and effects together, shapes by one Gauss-Newton step."""
-    regression = bench.model.regression.loosened(freed)
+    regression = _freed(bench, freed)
     parts = [part for effect in effects for part in effect.parts]
     count = len(regression.prior)
     if not parts:
-        return Joint(bench, (), (), (), (), (), (), (), regression.q, freed)
-    if blended := blends(bench, regression, parts):
-        regression = regression.extended(blended)
+        return Joint(bench, (), (), regression.q, freed)
+    blended = tuple(blends(bench, regression, parts))
+    regression = regression.extended(blended)
     shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
-    columns, tangents = stack(bench, regression, parts)
-    deviations = deviations_of(bench, regression, parts, columns, tangents)
+    columns = Columns(None, np.hstack([regression.spread(part.columns) for part in parts]))
+    _, beta = regression.fall(columns)
+    q = regression.extended([columns]).q[:count]
     edges = np.cumsum([part.columns.values.shape[1] for part in parts])
-    _, beta = regression.fall(Columns(None, columns))
-    q = regression.extended([Columns(None, columns)]).q[:count]
-    places = np.split(np.arange(edges[-1]), edges[:-1])
-    gains, deviation = (tuple(v[k] for k in places) for v in (beta, deviations.gains))
-    blocks = [deviations.covariance[np.ix_(k, k)] for k in places]
-    sure = tuple(map(_sure, gains, deviation, blocks))
-    further = tuple(
-        _sure(g[1:], d[1:], block[1:, 1:])
-        for g, d, block in zip(gains, deviation, blocks, strict=True)
-    )
-    shapes, bent = tuple(deviations.shapes), tuple(deviations.bent)
-    regrouped = _regrouped(effects, parts)
-    return Joint(bench, regrouped, gains, deviation, shapes, bent, sure, further, q, freed)
+    gains = tuple(np.split(beta, edges[:-1]))
+    return Joint(bench, _regrouped(effects, parts), gains, q, freed, blended)
+
+
+def _freed(bench: Bench, freed: Mapping[int, float], blended: Sequence[Columns] = ()) -> Regression:
+    """The rows of a bench with loosened parameters and further columns."""
+    return bench.model.regression.loosened(freed).extended(blended)
 
 
 def _sure(beta: Array, deviation: Array, covariance: Array) -> float:
@@ -196,7 +224,7 @@ def shares(fit: Joint) -> list[float]:
 
     def left(effects: Sequence[SelectedEffect]) -> tuple[Array, float]:
         columns = [part.columns for effect in effects for part in effect.parts]
-        fitted = regression.extended(columns) if columns else regression
+        fitted = regression.extended(columns)
         return repeating(there, fitted.residual), fitted.strain
 
     after, strained = left(fit.effects)
@@ -208,38 +236,3 @@ def shares(fit: Joint) -> list[float]:
         explained = float(before[axes].sum()) - rest + max(strain - strained, 0.0)
         fractions.append(explained / max(explained + rest, 1e-300))
     return fractions
-
-
-def repeating(model: Calibrated, residual: Array) -> Array:
-    """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
-
-    Without repeats the sum of all squares, an upper bound.
-    """
-    products = (model.layout.across(residual) if model.between else residual) * residual
-    total = [products[model.layout.rows(i)].sum() for i in range(model.base.n)]
-    return np.asarray(np.maximum(np.array(total), 0.0))
-
-
-def repeat_rms(model: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
-    """RMS of what repeats (n,) [N m] and how certain that is; NaN without passes.
-
-    certain (n,): sum of products of whitened passes, in deviations of what noise would give.
-    """
-    n, total, certain, rows = model.base.n, np.zeros(model.base.n), np.zeros(model.base.n), 0
-    for a, b in pairs(model.blocks):
-        good = model.kept[a] & model.kept[b]
-        rows += int(good.sum())
-        total += (residual[a][good] * residual[b][good]).sum(axis=0)
-        for i in range(n):
-            noise = model.noise.a[i], float(model.noise.scale[i])
-            white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
-            certain[i] += float(white[0] @ white[1])
-    if not rows:
-        return np.full(n, np.nan), np.full(n, np.nan)
-    return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)
-
-
-def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:
-    """RMS of each axis (n,) over the usable rows."""
-    stacked = np.concatenate([v[b.usable] for v, b in zip(values, blocks, strict=True)])
-    return np.asarray(np.sqrt((stacked**2).mean(axis=0)))

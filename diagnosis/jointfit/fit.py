@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.agreement import axes_agree
-from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms
+from flexhex.diagnosis.jointfit.answer import Joint, again
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.design import beside_of
 from flexhex.diagnosis.regression.level import freely

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms, repeat_rms
+from flexhex.diagnosis.jointfit.answer import Joint, again
 from flexhex.diagnosis.jointfit.fit import HELD, beside
 from flexhex.diagnosis.jointfit.known import about_known
+from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.runs.blocks import torque_at

@@ -184,7 +184,8 @@ def shift_of(a: Channel, b: Channel, alike: float) -> float | None:
         shift += step
         if abs(step) < 1e-4 * min(a.ts, b.ts):
             break
-    _, apart = nearer(a, b, shift)
+    else:
+        _, apart = nearer(a, b, shift)
     return shift if apart is not None and apart < alike else None
 
 
@@ -206,24 +207,30 @@ def _lag(a: Array, b: Array) -> int:
     return int(lags[np.argmin(np.where(near, apart, np.inf))])
 
 
+def _place(b: Channel, at: Array) -> Array:
+    """Where instants [s] lie among the samples of a channel; beyond both ends none is inside."""
+    if not b.breaks:
+        return (at - b.t0) / b.ts
+    return np.interp(at, b.time, np.arange(len(b.values)))
+
+
 def nearer(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | None]:
     """Step towards the best shift, and the relative difference at this one."""
     every = slice(None, None, max(1, len(a.values) // POINTS))
-    at, other = a.time[every] + shift, b.time
-    inside = a.valid[every] & (at >= other[0] + b.ts) & (at <= other[-1] - b.ts)
-    at, wanted = at[inside], a.values[every][inside]
-    if len(at) < 8:
-        return None, None
+    place = _place(b, a.time[every] + shift)
+    inside = a.valid[every] & (place >= 1) & (place <= len(b.values) - 2)
     # one place between two samples serves all columns, a sample before and after it, too
-    place = np.interp(at, other, np.arange(len(other)))
-    first = np.clip(place.astype(int), 1, len(other) - 3)
+    first = np.clip(place.astype(int), 1, len(b.values) - 3)
+    trusted = b.valid[first] & b.valid[first + 1]
+    kept = np.flatnonzero(inside & trusted)
+    if len(kept) < 8:
+        return None, None
+    place, first, wanted = place[kept], first[kept], a.values[every][kept]
     share = (place - first)[:, None]
-    values = [b.values[first + k] for k in (-1, 0, 1, 2)]
+    values = [b.values.take(first + k, axis=0) for k in (-1, 0, 1, 2)]
     before, moved, after = (one + share * (two - one) for one, two in pairwise(values))
-    slope = (after - before) / (2 * b.ts)
-    trust = np.interp(place, np.arange(len(other)), b.valid.astype(float)) > 0.999
-    apart, slope, wanted = (v[trust] for v in (wanted - moved, slope, wanted))
-    if len(apart) < 8 or not (slope**2).sum() > 0:
+    slope, apart = (after - before) / (2 * b.ts), wanted - moved
+    if not (slope**2).sum() > 0:
         return None, None
     # an offset between passes is no difference of motion
     apart = apart - apart.mean(axis=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -150,8 +150,10 @@ class Regression:
         doubt, held = self.doubt[kept], self.firm[own]
         return replace(self, B=fewer, prior=prior, doubt=doubt, known=products, held=held)
 
-    def extended(self, columns: list[Columns]) -> Regression:
+    def extended(self, columns: Sequence[Columns]) -> Regression:
         """With further columns, free of any prior."""
+        if not columns:
+            return self
         (G, b), C = self.gram, np.hstack([self.spread(c) for c in columns])
         other = self._other(C)
         cross, own = self.pulled(self.layout.across(C), None), other.T @ C

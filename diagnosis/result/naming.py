@@ -107,8 +107,8 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
         unit, positive = kind.unit(gain.unit), gain.low == 0
         estimates[gain.name] = _estimate(float(value), wide, unit, positive)
     for shape in effect.shapes:
-        std = fit.shape_deviation[k].get(shape.name, 0.0)
-        bent = error * fit.bent[k].get(shape.name, 0.0)
+        std = fit.deviations.shapes[k].get(shape.name, 0.0)
+        bent = error * fit.deviations.bent[k].get(shape.name, 0.0)
         wide = float(np.hypot(std, bent))
         unit, positive = kind.unit(shape.unit), shape.low >= 0
         estimates[shape.name] = _estimate(part.shape[shape.name], wide, unit, positive)

@@ -73,12 +73,25 @@ def announced(payload: float) -> str:
     return f"{payload:.3g}"
 
 
+@dataclass
+class Made:
+    """Smoothed columns that every fit finds alike, by what they are; size: theirs [bytes]."""
+
+    columns: dict[Hashable, Array] = field(default_factory=dict)
+    size: int = 0
+
+    def add(self, key: Hashable, columns: Array, room: int) -> None:
+        """Keep some more, if there is room for them."""
+        if self.size + columns.nbytes <= room:
+            self.columns[key] = columns
+            self.size += columns.nbytes
+
+
 @dataclass(frozen=True)
 class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
-    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns. made:
-    smoothed columns that every fit finds alike, by what they are.
+    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns.
     """
 
     run: Run
@@ -86,7 +99,7 @@ class Block:
     weights: csr_array
     linear: Array
     usable: Mask
-    made: dict[Hashable, Array] = field(default_factory=dict, init=False, compare=False)
+    made: Made = field(default_factory=Made, init=False, compare=False)
 
     def smooth(self, raw: Array) -> Array:
         """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""

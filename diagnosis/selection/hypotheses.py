@@ -55,8 +55,12 @@ class Hypotheses:
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def forget(self) -> None:
-        """Let go of the columns, which take most of the memory; scores still refer to all else."""
+        """Let go of columns and products, most of the memory; scores still refer to all else."""
         self._keep.forget()
+        for known in self._known.values():
+            known.forget()
+        for effect in (*self._effects.values(), *self._anew.values(), *self._shaped.values()):
+            effect.forget()
         self.bench.forget()
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:

@@ -68,6 +68,11 @@ class EffectHypothesis:
         """Gains."""
         return len(self.low)
 
+    def forget(self) -> None:
+        """Let go of products; they are made again when asked for."""
+        self._base.clear()
+        vars(self).pop("_with", None)
+
     def blind(self, rows: Rows, left: int | None, gains: Array) -> Array:
         """What the log density of the torques of all folds but one loses (shapes,) [nats], with
         these gains (shapes, 1), because not all of the torque shows in the motion.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-ROOM = 600_000_000
+ROOM = 100_000_000
 """Room for columns [bytes]."""
 
 

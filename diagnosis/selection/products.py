@@ -47,6 +47,11 @@ class ShapeProducts:
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
 
+    def forget(self) -> None:
+        """Let go of them."""
+        self.base = None
+        self.terms.clear()
+
 
 def placed(chosen: Sequence[int], width: int) -> Iterator[tuple[slice, int, int]]:
     """Where the columns of some shapes stand side by side, their number there and their place."""

@@ -20,7 +20,12 @@ from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.evidence import evidence_of, together
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody, Payload
+from flexhex.diagnosis.selection.hypothesis import (
+    ChangedParameter,
+    EffectHypothesis,
+    HeavierBody,
+    Payload,
+)
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
@@ -52,6 +57,17 @@ class Selection:
     rounds: tuple[tuple[Score, ...], ...]
     bench: Bench
     moved: float = 0.0
+
+    @property
+    def effects(self) -> list[Accepted]:
+        """Those of the library that were accepted."""
+        return [a for a in self.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
+
+    @property
+    def moved_places(self) -> list[tuple[int, ...]]:
+        """Places of the parameters that left their tolerances, of each hypothesis."""
+        hypotheses = (accepted.score.hypothesis for accepted in self.accepted)
+        return [h.places for h in hypotheses if isinstance(h, ChangedParameter)]
 
 
 def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, joint
-from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
+from flexhex.diagnosis.jointfit.answer import Joint
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
 from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
 from flexhex.diagnosis.result.naming import named_of, usual_parts
@@ -21,17 +21,15 @@ from flexhex.diagnosis.result.verdict import (
     Named,
     Rest,
 )
-from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.selection.choose import Accepted
-from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.firm import errors_of, firm, grouped, without_name
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.firm import errors_of, firm, without_name
 from flexhex.diagnosis.selection.hypothesis import (
-    ChangedParameter,
     EffectHypothesis,
 )
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.select import Selection, select
+from flexhex.diagnosis.selection.select import Selection
 from flexhex.diagnosis.selection.validated import Predicted, better, refuted, validated
 
 Say = Callable[[str], None]
@@ -45,8 +43,7 @@ LITTLE = 0.01
 class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
-    accepted: fits beside what the search accepted first, and beside all that it accepted, whether
-    it is named or not. left: RMS of what repeats beside the offset and slope of runs, where no
+    left: RMS of what repeats beside the offset and slope of runs, where no
     effect without a name explains it [N m].
     """
 
@@ -57,7 +54,6 @@ class Side:
     remains: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
-    accepted: tuple[Joint, ...] = ()
     rests: tuple[Rest, ...] = ()
     left: Mapping[int, float] = field(default_factory=dict)
 
@@ -67,34 +63,13 @@ class Side:
         return bool(self.named or self.remains)
 
 
-def selected(
-    bench: Bench,
-    judged: Sequence[Run],
-    say: Say,
-    drift: Joint | None = None,
-    criteria: Criteria = USUAL,
-) -> Side:
-    """What explains the runs beside a base model.
-
-    judged: held-out runs, which decide nothing; drift: what was taken off the runs before.
-    """
-    if len({block.run.trajectory for block in bench.model.blocks}) == 1 and not judged:
-        # nothing will be named: one effect of each axis is enough to say what would fit
-        criteria = replace(criteria, most=1)
-    selection = select(bench, criteria, say)
+def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) -> Side:
+    """What of a selection has a name beside held-out runs, and what remains."""
     bench, notes = selection.bench, list[str]()
-    model = bench.model
-    moved = [
-        a.score.hypothesis.places
-        for a in selection.accepted
-        if isinstance(a.score.hypothesis, ChangedParameter)
-    ]
-    effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    others, why = None, ""
-    kept, freed = effects, {place: criteria.loose**-2.0 for body in moved for place in body}
-    if judged:
-        others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
-    if not selection.arbitrated or (judged and not model.noise.repeats):
+    model, moved, effects = bench.model, selection.moved_places, selection.effects
+    why, kept = "", effects
+    freed = {place: criteria.loose**-2.0 for body in moved for place in body}
+    if not selection.arbitrated or (others is not None and not model.noise.repeats):
         kept = validated(bench, effects, others, criteria, selection.rounds, freed)
         why = REFUTED if selection.arbitrated or kept else UNCONFIRMED
     lost = [a for a in effects if a not in kept]
@@ -158,7 +133,6 @@ def selected(
         tuple(axis for axis in sorted({*unnamed, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
-        tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
         tuple(rests),
         {i: size * float(model.torque_rms[i]) for i, size in left.items()},
     )

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, axis_rms, joint
+from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import WORSE
 from flexhex.diagnosis.selection.bars import shown

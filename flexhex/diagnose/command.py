@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import sys
 from pathlib import Path
@@ -123,6 +124,8 @@ class Session:
 
         from flexhex.diagnosis.workflow import diagnose
 
+        # what was loaded stays: each search for what has no owner need not look at it again
+        gc.freeze()
         with self.progress:
             diagnosis = diagnose(
                 *(runs, held_out, self.file, options, self.progress.steps), self.progress.note
@@ -130,6 +133,7 @@ class Session:
             diagnosis = self.planned(diagnosis, [*runs, *held_out], options.log)
             if self.file is not None and self.agree(diagnosis):
                 diagnosis = self.added(diagnosis, self.file, runs, held_out, options.log)
+        gc.unfreeze()
         from flexhex.diagnose.page import write_diagnosis
         from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
 

@@ -13,11 +13,11 @@ import pytest
 from flexhex.diagnosis.selection.bars import Bars, beyond_chance, blurred
 from flexhex.diagnosis.selection.choose import effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.test_selection import RMS, Array, bench_of
 
 BARS = Bars(5.0, 3.0, {0: 1000.0, None: 10.0})
@@ -90,7 +90,7 @@ def test_friction_that_grows_with_the_rate_is_friction_and_drag(
     def torque(q: Array, v: Array, a: Array) -> Array:
         return dry * np.tanh(v / 0.01) + wet * v * np.abs(v)
 
-    side = selected(bench_of(tmp_path, torque), (), lambda text: None)
+    side = found(bench_of(tmp_path, torque), (), lambda text: None).side
     values = {named.id: named for named in side.named}
     assert set(values) == {"coulomb_friction", "quadratic_drag"}
     assert values["coulomb_friction"].parameters["F_c"].value == pytest.approx(dry, rel=0.05)

@@ -151,7 +151,7 @@ def fit_of(off: Array, seed: int) -> Joint:
         scale=np.full(len(off), 0.1),
     )
     q = model.regression.loosened({0: FREED}).q
-    return Joint(SimpleNamespace(model=model), (), (), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
+    return Joint(SimpleNamespace(model=model), (), (), q, {0: FREED})  # type: ignore[arg-type]
 
 
 def test_interval_holds_the_value() -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, form_errors, inexact, mean_error
+from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.left import Rest
 from flexhex.diagnosis.selection.moments import Moments, Term
@@ -20,7 +21,6 @@ from flexhex.diagnosis.selection.nameless import nameless
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, blended_term, effect_term
 from flexhex.diagnosis.selection.select import select
-from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.test_selection import RMS, Torque, bench_of, moved, names, rows_of
 
 Array = NDArray[np.float64]
@@ -102,13 +102,13 @@ def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path
 
 def test_what_an_inexact_form_leaves_is_reported(tmp_path: Path) -> None:
     """And `--json` can tell it, which knows no numbers of NumPy."""
-    side = selected(
+    side = found(
         bench_of(
             tmp_path, lambda q, v, a: FRICTION * np.tanh(v / 0.01) * (1 + 0.5 * np.sin(6 * q))
         ),
         (),
         lambda text: None,
-    )
+    ).side
     assert [named.id for named in side.named] == ["coulomb_friction"]
     (rest,) = side.rests
     assert json.loads(json.dumps(rest.data()))["form"] is True
@@ -126,7 +126,7 @@ def test_friction_with_another_one_at_places_is_friction(
     def torque(q: Array, v: Array, a: Array) -> Array:
         return FRICTION * np.tanh(v / 0.01) * (1 + place(q))
 
-    side = selected(bench_of(tmp_path, torque), (), lambda text: None)
+    side = found(bench_of(tmp_path, torque), (), lambda text: None).side
     assert [named.id for named in side.named] == ["coulomb_friction"]
     assert [rest.form for rest in side.rests] == [True]
     low, high = side.named[0].parameters["F_c"].ci95
@@ -162,7 +162,7 @@ def test_interval_of_a_gain_holds_the_error_of_its_form(
 ) -> None:
     """The friction's mean over the motion is not its value in the middle of the stroke. Where it is
     the same everywhere the motion shows that."""
-    side = selected(bench_of(tmp_path, torque), (), lambda text: None)
+    side = found(bench_of(tmp_path, torque), (), lambda text: None).side
     ((effect,),) = [side.named]
     estimate = effect.parameters["F_c"]
     low, high = estimate.ci95

@@ -15,8 +15,8 @@ from flexhex.diagnosis.basemodels.arm import RigidArmBase
 from flexhex.diagnosis.basemodels.arms import SCHUNK
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.basemodels.serial import Arm
-from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from studies.mujoco import machines

@@ -16,8 +16,8 @@ from scipy.sparse import csr_array, eye_array
 
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
-from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data

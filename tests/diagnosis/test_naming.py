@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.jointfit.answer import joint
+from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.result.naming import named_of
@@ -45,10 +46,15 @@ def test_interval_of_a_positive_value_does_not_go_below_zero(tmp_path: Path) -> 
     bench = bench_of(tmp_path, friction_and_wave)
     part = Part.of(bench, "coulomb_friction", 0, {"s_0": 1e-4})
     fit = joint(bench, [SelectedEffect("coulomb_friction", (part,))])
-    known = replace(fit, bent=({"s_0": 0.0},))
-    unsure = replace(known, deviation=(fit.beta[0],), shape_deviation=({"s_0": 1.0},))
-    (effect,) = named_of(unsure, [0.0])
-    (lost,) = named_of(replace(known, shape_deviation=({"s_0": np.inf},)), [0.0])
+
+    def told(deviation: float, **gains: Any) -> Joint:
+        other = replace(fit)
+        shapes, bent = [{"s_0": deviation}], [{"s_0": 0.0}]
+        vars(other)["deviations"] = replace(fit.deviations, shapes=shapes, bent=bent, **gains)
+        return other
+
+    (effect,) = named_of(told(1.0, gains=fit.beta[0]), [0.0])
+    (lost,) = named_of(told(np.inf), [0.0])
     assert effect.parameters["F_c"].ci95[0] == 0.0
     assert effect.parameters["s_0"].ci95[0] == 0.0
     assert effect.parameters["F_c"].ci95[1] == pytest.approx(2.96 * fit.beta[0][0])

@@ -15,17 +15,18 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
-from flexhex.diagnosis.selection import hypotheses, search, side
+from flexhex.diagnosis.selection import found as finding
+from flexhex.diagnosis.selection import hypotheses, search
 from flexhex.diagnosis.selection import select as select_module
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
@@ -106,8 +107,8 @@ def test_no_parameter_is_set_free_where_nothing_has_a_name(
     selection = chosen(tmp_path, lambda q, v, a: size * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
     change = Score(ChangedParameter("J", (0,), None), 100.0, np.zeros(3), 0.1)
     extended = replace(selection, accepted=(*selection.accepted, Accepted(change, (), 1)))
-    monkeypatch.setattr(side, "select", lambda *_: extended)
-    assert list(selected(selection.bench, (), lambda text: None).fit.freed) == freed
+    monkeypatch.setattr(finding, "select", lambda *_: extended)
+    assert list(found(selection.bench, (), lambda text: None).side.fit.freed) == freed
 
 
 @pytest.mark.parametrize(("now", "chosen_anew"), [(100.0, []), (300.0, []), (90.0, [0])])
@@ -153,7 +154,7 @@ def test_one_trajectory_names_what_predicts_another_one(
     held_out: tuple[int, list[str]], tmp_path: Path
 ) -> None:
     bench, judged = one_trajectory(tmp_path, {1: 0.02, 2: 0.01 * held_out[0]})
-    side = selected(bench, judged, lambda text: None)
+    side = found(bench, judged, lambda text: None).side
     assert [named.id for named in side.named] == held_out[1]
 
 
@@ -166,8 +167,8 @@ def test_next_best_name_is_given_where_it_predicts_another_trajectory(
     (wave,) = selection.accepted
     others = [s for s in selection.rounds[0] if s.hypothesis.id != "cogging_harmonic"]
     mistaken = replace(wave, score=others[0], rivals=())
-    monkeypatch.setattr(side, "select", lambda *_: replace(selection, accepted=(mistaken,)))
-    answer = selected(bench, judged, lambda text: None)
+    monkeypatch.setattr(finding, "select", lambda *_: replace(selection, accepted=(mistaken,)))
+    answer = found(bench, judged, lambda text: None).side
     assert [named.id for named in answer.named] == ["cogging_harmonic"]
     assert answer.named[0].rivals == ()
     assert answer.notes[0] == (
@@ -188,7 +189,7 @@ def test_effect_that_makes_held_out_runs_worse_has_no_name(
     base, run_set, _ = run_set_of(paths[:4], paths[4:], None, Options(base="axis"))
     model, _, _ = fitted(base, run_set.runs)
     bench = Bench(model, compiled(1, None, model.base.holds))
-    answer = selected(bench, run_set.judged, lambda text: None)
+    answer = found(bench, run_set.judged, lambda text: None).side
     assert [effect.id for effect in answer.named] == named
     assert any("held-out runs become worse" in note for note in answer.notes) == (not named)
 

@@ -109,6 +109,16 @@ def test_columns_of_the_motion_alone_are_made_once_for_all_fits(
     assert asked[1:] == 2 * ["coulomb_friction"]
 
 
+def test_scores_of_a_finished_search_hold_no_products(tmp_path: Path) -> None:
+    """There are as many of them as of columns."""
+    rounds = select(bench_of(tmp_path, None)).rounds
+    effects = [s.hypothesis for scores in rounds for s in scores]
+    held = [e for e in effects if isinstance(e, EffectHypothesis)]
+    assert held
+    assert not any(e._base or "_with" in vars(e) for e in held)
+    assert not any(known.base or known.terms for e in held for known in e.known)
+
+
 def test_a_search_begins_without_what_the_one_before_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

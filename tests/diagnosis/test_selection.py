@@ -20,6 +20,7 @@ from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
+from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
 )
@@ -27,7 +28,6 @@ from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.selection.side import selected
 from tests.diagnosis.single import SECONDS, TS, moved, thinned, wanted, write
 
 Array = NDArray[np.float64]
@@ -238,7 +238,7 @@ def test_what_the_library_has_not_is_left_without_a_name(strange: Torque, tmp_pa
 def test_one_trajectory_names_nothing(tmp_path: Path) -> None:
     """Two passes of it show that something repeats, not what it is."""
     bench = bench_of(tmp_path, lambda q, v, a: 0.02 * RMS * np.sin(53.0 * q), RUNS[:2])
-    side = selected(bench, (), lambda text: None)
+    side = found(bench, (), lambda text: None).side
     assert not side.named
     assert side.remains == (0,)
     assert any("cogging_harmonic on axis 1 would fit" in note for note in side.notes)

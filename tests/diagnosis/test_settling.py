@@ -45,12 +45,15 @@ def searched(
     def side(bench: Any, *more: Any) -> Any:
         requests.append(bench.model)
         fit = SimpleNamespace(bench=bench, geared=geared)
-        return SimpleNamespace(fit=fit, remains=(), accepted=[fit] if named else [])
+        there = SimpleNamespace(fit=fit, remains=())
+        return SimpleNamespace(
+            bench=bench, others=None, side=there, accepted=[fit] if named else []
+        )
 
     bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
-    monkeypatch.setattr(workflow, "selected", side)
-    monkeypatch.setattr(workflow, "before_of", lambda side: side.fit.bench.model)
+    monkeypatch.setattr(workflow, "found", side)
+    monkeypatch.setattr(workflow, "before_of", lambda model, others: model)
     monkeypatch.setattr(workflow, "beside", lambda fit: models[models.index(fit.bench.model) + 1])
     start: Any = models[0]
     before, last = workflow._mechanism(start, [], [], lambda text: None)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.jointfit import fit
-from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from tests.diagnosis.single import DAMPING, SECONDS, SPRING, TS, WEIGHT, J, moved, wandering
 

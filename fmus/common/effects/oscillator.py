@@ -60,19 +60,20 @@ class FlexibleMode(Effect):
         """Exact for an acceleration of the joint that changes linearly.
 
         e = q - theta:  e'' + 2 zeta w e' + w^2 e = -(a + j t), solved by its particular
-        solution -(a + j t) / w^2 + 2 zeta j / w^3 and a decaying oscillation.
+        solution -(a + j t) / w^2 + 2 zeta j / w^3 and a decaying oscillation. What goes with the
+        shapes and Ts alone stands together, as it is the same in all steps.
         """
         w, zeta = 2 * ca.pi * shape["f"], shape["zeta"]
-        jerk = (now.thetadd - before.thetadd) / Ts
-        settled = -before.thetadd / w**2 + 2 * zeta * jerk / w**3
-        drift = -jerk / w**2
-        e, ed = state[0] - before.theta - settled, state[1] - before.thetad - drift
         wd = w * ca.sqrt(1 - zeta**2)
-        decay, c, sn = ca.exp(-zeta * w * Ts), ca.cos(wd * Ts), ca.sin(wd * Ts)
-        side = (ed + zeta * w * e) / wd
-        swing = decay * (e * c + side * sn)
-        rate = decay * (ed * c - (w**2 * e + zeta * w * ed) / wd * sn)
-        q = now.theta + settled + drift * Ts + swing
+        # of a plain 1 / w^2 CasADi would make a division in every step
+        decay, soft = ca.exp(-zeta * w * Ts), 0.5 * (2 / w**2)
+        along, across = decay * ca.cos(wd * Ts), decay * ca.sin(wd * Ts) / wd
+        damped = zeta * w * across
+        drift = -(soft / Ts) * (now.thetadd - before.thetadd)
+        settled = -soft * before.thetadd - (2 * zeta / w) * drift
+        e, ed = state[0] - before.theta - settled, state[1] - before.thetad - drift
+        q = now.theta + settled + Ts * drift + (along + damped) * e + across * ed
+        rate = (along - damped) * ed - (w**2 * across) * e
         return ca.vertcat(q, now.thetad + drift + rate)
 
     def start(self, s: Signals, shape: Shapes) -> Expr:

@@ -1,0 +1,49 @@
+"""How large the torque is that a fit leaves: all of it, and what of it repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.runs.blocks import Block
+from flexhex.diagnosis.runs.noise import pairs, whiten
+
+Array = NDArray[np.float64]
+
+
+def repeating(model: Calibrated, residual: Array) -> Array:
+    """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
+
+    Without repeats the sum of all squares, an upper bound.
+    """
+    products = (model.layout.across(residual) if model.between else residual) * residual
+    total = [products[model.layout.rows(i)].sum() for i in range(model.base.n)]
+    return np.asarray(np.maximum(np.array(total), 0.0))
+
+
+def repeat_rms(model: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
+    """RMS of what repeats (n,) [N m] and how certain that is; NaN without passes.
+
+    certain (n,): sum of products of whitened passes, in deviations of what noise would give.
+    """
+    n, total, certain, rows = model.base.n, np.zeros(model.base.n), np.zeros(model.base.n), 0
+    for a, b in pairs(model.blocks):
+        good = model.kept[a] & model.kept[b]
+        rows += int(good.sum())
+        total += (residual[a][good] * residual[b][good]).sum(axis=0)
+        for i in range(n):
+            noise = model.noise.a[i], float(model.noise.scale[i])
+            white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
+            certain[i] += float(white[0] @ white[1])
+    if not rows:
+        return np.full(n, np.nan), np.full(n, np.nan)
+    return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)
+
+
+def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:
+    """RMS of each axis (n,) over the usable rows."""
+    stacked = np.concatenate([v[b.usable] for v, b in zip(values, blocks, strict=True)])
+    return np.asarray(np.sqrt((stacked**2).mean(axis=0)))

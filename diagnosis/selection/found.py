@@ -1,0 +1,72 @@
+"""What a search accepted beside a base model, and what is said of it when somebody asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import Joint, joint
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
+from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.firm import grouped
+from flexhex.diagnosis.selection.select import Selection, select
+from flexhex.diagnosis.selection.side import Side, side_of
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A selection, with held-out runs, which decide nothing in it; drift: what was taken off the
+    runs before."""
+
+    selection: Selection
+    judged: Sequence[Run]
+    criteria: Criteria
+    drift: Joint | None = None
+
+    @property
+    def bench(self) -> Bench:
+        """Of the base model with the payloads that were found."""
+        return self.selection.bench
+
+    @cached_property
+    def others(self) -> Elsewhere | None:
+        """The base model on the held-out runs."""
+        if not self.judged:
+            return None
+        model = self.bench.model
+        listed = blocks(model.base, self.judged, model.spacing, JUDGED)
+        return elsewhere(self.bench, listed, self.drift)
+
+    @cached_property
+    def side(self) -> Side:
+        """What has a name, and what remains."""
+        return side_of(self.selection, self.others, self.criteria)
+
+    @property
+    def accepted(self) -> Iterator[Joint]:
+        """Fits beside what the search accepted first, and beside all that it accepted, whether it
+        is named or not."""
+        effects = self.selection.effects
+        # which parameters are free beside them is decided with the names
+        freed = self.side.fit.freed if self.selection.moved_places else {}
+        for some in (effects[:1], effects) if effects else ():
+            yield joint(self.bench, grouped(self.bench, some), freed)
+
+
+def found(
+    bench: Bench,
+    judged: Sequence[Run],
+    say: Say,
+    drift: Joint | None = None,
+    criteria: Criteria = USUAL,
+) -> Found:
+    """What explains the runs beside a base model."""
+    if len({block.run.trajectory for block in bench.model.blocks}) == 1 and not judged:
+        # nothing will be named: one effect of each axis is enough to say what would fit
+        criteria = replace(criteria, most=1)
+    return Found(select(bench, criteria, say), judged, criteria, drift)
