@@ -12,6 +12,7 @@ class Criteria:
     smallest_effect: smallest effect that is worth a name, beyond what the base model takes up.
     smallest_rest: smallest repeatable residual that is worth a word where nothing is named.
     largest_rest: largest one, relative to the torque of an effect, that leaves it its name.
+    varied_rest: the same of an effect whose form machines have in many ways, as friction's.
     deviations: standard errors that a repeatable residual must stand above zero, and the gains of
     what is named.
     false_alarms: chance that any of the hypotheses of a search is accepted without reason.
@@ -28,6 +29,7 @@ class Criteria:
     smallest_effect: float = 0.003
     smallest_rest: float = 0.004
     largest_rest: float = 0.3
+    varied_rest: float = 0.5
     deviations: float = 4.0
     false_alarms: float = 0.01
     odds: float = 20.0

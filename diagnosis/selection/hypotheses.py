@@ -172,6 +172,7 @@ class Hypotheses:
             taken=taken if effect.entered else None,
             slow=item.slow,
             limit=effect.limit,
+            varied=effect.varied,
             ordered=ordered,
             known=known,
         )

@@ -41,8 +41,8 @@ class EffectHypothesis:
     choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
     change of the reported torque that a gain of one takes away, if the columns are of that torque,
     for some shapes;
-    slow: it goes with angle, rate and time alone; ordered: pairs of gains of which the first is at
-    most so many times the second; known: of each shape."""
+    slow: it goes with angle, rate and time alone; varied: see `Effect`; ordered: pairs of gains of
+    which the first is at most so many times the second; known: of each shape."""
 
     id: str
     axis: Axis
@@ -59,6 +59,7 @@ class EffectHypothesis:
     taken: Callable[[Sequence[Mapping[str, float]]], Array] | None = None
     slow: bool = False
     limit: str = ""
+    varied: bool = False
     ordered: tuple[tuple[int, int, float], ...] = ()
     known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
     _base: list[tuple[Array, Array, Array]] = field(default_factory=list, init=False)
@@ -171,6 +172,7 @@ class ChangedParameter:
     axis: Axis
     extends: str = ""
     choices: int = 1
+    varied: bool = False
 
     @property
     def ways(self) -> Array:
@@ -240,6 +242,7 @@ class Payload:
     id: str = "payload"
     axis: Axis = None
     extends: str = ""
+    varied: bool = False
 
 
 Hypothesis = EffectHypothesis | ChangedParameter | Payload

@@ -75,4 +75,9 @@ def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria
         for own, group in zip(squares, groups, strict=True)
     ]
     whole = max(float(squares.sum()), np.finfo(float).tiny)
-    return [criteria.largest_rest * explained * float(np.sqrt(own / whole)) for own in sums]
+    most = [
+        criteria.varied_rest if a.score.hypothesis.varied else criteria.largest_rest
+        for a in accepted
+    ]
+    parts = zip(most, sums, strict=True)
+    return [share * explained * float(np.sqrt(own / whole)) for share, own in parts]

@@ -134,7 +134,11 @@ def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
 
 def accepted(*given: tuple[float, float | None]) -> list[Any]:
     """Effects with these sizes and orders."""
-    return [SimpleNamespace(score=SimpleNamespace(size=s, order=order)) for s, order in given]
+    form = SimpleNamespace(varied=False)
+    return [
+        SimpleNamespace(score=SimpleNamespace(size=s, order=order, hypothesis=form))
+        for s, order in given
+    ]
 
 
 def test_what_may_remain_is_a_share_of_each_effect_and_harmonics_count_together() -> None:
@@ -147,6 +151,15 @@ def test_what_may_remain_is_a_share_of_each_effect_and_harmonics_count_together(
     others = tolerated(accepted((0.03, 29.0), (0.04, 41.0)), 0.1, USUAL)
     assert others == [pytest.approx(most * 0.06), pytest.approx(most * 0.08)]
     assert tolerated((), 0.1, USUAL) == []
+
+
+def test_more_may_remain_beside_friction() -> None:
+    """Coulomb friction and a spring that explain as much."""
+    friction, spring = accepted((0.03, None), (0.03, None))
+    friction.score.hypothesis = SimpleNamespace(varied=True)
+    one = 0.1 * 0.5**0.5
+    wanted = [pytest.approx(share * one) for share in (USUAL.varied_rest, USUAL.largest_rest)]
+    assert tolerated([friction, spring], 0.1, USUAL) == wanted
 
 
 @pytest.mark.parametrize("held_out", [(2, ["cogging_harmonic"]), (0, [])], ids=["there", "not"])

@@ -140,6 +140,8 @@ class Effect:
               torque of such an effect is the one that passes on to the link
     exact     the functional form is physically exact (a sine, say), so no allowance for model
               error is made when it is compared with another exact effect
+    varied    real ones differ from the form by a good part, with load, temperature, place: more may
+              be left beside one that has its name
     usual     size, relative to the torque's RMS, that every machine may have of it: no finding
     """
 
@@ -165,6 +167,7 @@ class Effect:
     turning: bool = False
     geared: bool = False
     exact: bool = False
+    varied: bool = False
     usual: float = 0.0
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

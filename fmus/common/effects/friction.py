@@ -39,6 +39,7 @@ class DryFriction(Effect):
     """Dry friction with presliding: z follows the motion within an angle s_0, as Dahl has it."""
 
     states: tuple[State, ...] = (State("z_0", "1"),)
+    varied = True
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         return actuator.dahl_rate(state, s.thetad, shape["s_0"])

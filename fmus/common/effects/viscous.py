@@ -12,6 +12,7 @@ class ViscousFriction(Effect):
 
     id, title, acts_on = "viscous_friction", "viscous friction", "torque"
     gains = (Gain("d_v", "N m s/rad", 0.02, 0.0, 1e5, "viscous friction"),)
+    varied = True
     excites = "moves of different speeds"
     confused_with = ("quadratic_drag", "coulomb_friction")
     experiment = "random setpoints of different speeds, standstill between them"
