@@ -31,6 +31,8 @@ FREQUENCY = "frequency"
 """What a map is over that is a spectrum."""
 MARKED = 60
 """Bins of a map up to which each has a large mark."""
+SHORT = 50.0
+"""Range of a logarithmic axis up to which powers of ten alone would be one label or two."""
 SHADE = "rgba(209,115,29,0.18)"
 SMALL = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
 
@@ -51,7 +53,6 @@ def map_figures(maps: Sequence[Map], first: int) -> dict[str, Figure]:
 
 def spectrum_figures(maps: Sequence[Map], first: int) -> dict[str, Figure]:
     """The residual over frequency, both axes logarithmic, otherwise as `map_figures`."""
-    logs: dict[str, Any] = {"xaxis": LOG, "yaxis": {"type": "log", "exponentformat": "power"}}
     drawn = {}
     for k, ((over, unit, residual), same) in enumerate(_alike(maps, spectra=True)):
         lines = [
@@ -59,10 +60,18 @@ def spectrum_figures(maps: Sequence[Map], first: int) -> dict[str, Figure]:
             for m in same
             for values, name, colour in ((m.before, "before", BEFORE), (m.after, "after", AFTER))
         ]
+        y = {"type": "log", "exponentformat": "power", "dtick": _dtick(lines)}
+        logs: dict[str, Any] = {"xaxis": LOG, "yaxis": y}
         title = "over frequency, axis {joint}"
         one = figure(title, f"{over} [{unit}]", f"{residual}/√Hz", lines, **logs, **SMALL)
         drawn[f"spectrum-{k}"] = per_joint(one, "axis", first)
     return drawn
+
+
+def _dtick(lines: Sequence[dict[str, Any]]) -> int | str:
+    """Labels of a logarithmic axis: powers of ten, and 2 and 5 between them where it is short."""
+    values = np.array([v for line in lines for v in line["y"] if v])
+    return 1 if len(values) and values.max() > SHORT * values.min() else "D2"
 
 
 def _alike(

@@ -37,6 +37,15 @@ def test_axes_of_one_kind_share_a_figure_and_others_have_their_own() -> None:
     assert [line["name"] for line in spectrum["data"]] == ["before", "after"]
 
 
+def test_labels_of_a_spectrum_have_room() -> None:
+    def dtick(before: float) -> object:
+        one = replace(SPECTRUM, before=np.full(5, before), after=np.full(5, 1e-4))
+        (drawn,) = spectrum_figures([one], first=2).values()
+        return drawn["layout"]["yaxis"]["dtick"]
+
+    assert [dtick(4e-4), dtick(1e-2)] == ["D2", 1]
+
+
 def test_lines_and_band_have_a_gap_where_bins_are_missing() -> None:
     (drawn,) = map_figures([TURNS], first=2).values()
     band, before, after = drawn["data"]
