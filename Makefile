@@ -15,7 +15,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # which ends with short ones
 SIDE_BY_SIDE := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: help run quick missing build platforms gateway machine docs test test-all tests golden fuzz check check-style check-types check-rust check-gateway programs format bench results results-studies results-measured clean lock
+.PHONY: help run quick missing build platforms gateway machine docs links test test-all tests golden fuzz check check-style check-types check-rust check-gateway programs format bench results results-studies results-measured clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -25,6 +25,7 @@ help:
 	@echo "make gateway   build the drive gateway (Rust)"
 	@echo "make machine   the adaptive loop on emulated EtherCAT drives (root; minutes)"
 	@echo "make docs      build the site from docs/ into out/docs (opens without a network)"
+	@echo "make links     do the addresses of other sites in docs/ answer? (wants a network)"
 	@echo "make test      linters, types, formatting and the tests (large suites sampled)"
 	@echo "make test-all  the same with every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
@@ -82,8 +83,13 @@ $(SITE): requirements-docs.lock $(READY)
 docs: build $(SITE)
 	$(BIN)/python docs/machine_reference.py
 	$(BIN)/python docs/draw_frames.py
+	$(BIN)/python docs/draw_lengths.py
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
 	@echo "out/docs/index.html"
+
+# links inside the site are checked by its test; these are those that leave it
+links: build $(SITE)
+	$(BIN)/sphinx-build -q -b linkcheck -D nb_execution_mode=off docs out/links
 
 # the checks beside the tests, which wait for hardware and clocks now and then; a check that fails
 # shows at once what it says. Rust needs no environment, so it begins beside the installation

@@ -26,6 +26,7 @@ nb_execution_raise_on_error, nb_execution_timeout = True, 900
 nb_execution_show_tb = True
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True  # as the code has them: a function has no other text that is short
 TAKEN = {"effects": "fmus/common/effects/README.md", "notation": "NOTATION.md"}
 """Pages that stand elsewhere in the repository: page -> file."""
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")

@@ -35,6 +35,7 @@ def picture(page: Path, name: str, width: int, height: int) -> None:
     """The top of a page as a file beside this one."""
     with tempfile.TemporaryDirectory() as profile:
         browser = Browser(Path(profile))
+        browser.call("Emulation.setScrollbarsHidden", hidden=True)
         browser.open(page, width, height)
         time.sleep(REST)
         (HERE / name).write_bytes(browser.picture())

@@ -284,7 +284,8 @@ def diagnose_runs(
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
-    >>> diagnosis = flexhex.diagnose_runs(["a1.csv", "a2.csv", "b1.csv", "b2.csv"], base="axis")
+    >>> runs = ["a1.csv", "a2.csv", "b1.csv", "b2.csv"]
+    >>> diagnosis = flexhex.diagnose_runs(runs, base="axis")
     >>> diagnosis.verdict
     """
     file = Path(machine) if machine is not None else None

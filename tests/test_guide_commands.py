@@ -85,6 +85,7 @@ def folder(builder: Builder, tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = CliRunner().invoke(app, ["run", "--quick", "--out", str(written / "out")])
     assert done.exit_code == 0, done.output
     (written / "out" / "quick").symlink_to(written / "out")
+    (written / "mine.h5").symlink_to(written / "out" / "runs" / "adaptive.h5")
     logs = {"a": "a1", "b": "b1", "c": "c1"} | {n: n for n in ("a1", "a2", "b1", "b2", "c1")}
     for name, log in logs.items():
         shutil.copy(ROOT / "examples" / "axis" / f"{log}.csv", written / f"{name}.csv")

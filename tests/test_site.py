@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+import typer.main
 from typer.testing import CliRunner
 
 import flexhex
@@ -73,6 +74,20 @@ def test_generated_pages_and_drawings_are_up_to_date() -> None:
     assert (DOCS / "machine-file.md").read_text(encoding="utf-8") == reference
     drawn = script("draw_frames").drawing(load_machine(MACHINE_FILE))
     assert (DOCS / "frames.svg").read_text(encoding="utf-8") == drawn
+    lengths = script("draw_lengths").drawing()
+    assert (DOCS / "lengths.svg").read_text(encoding="utf-8") == lengths
+
+
+def test_drawing_of_lengths_has_every_number_of_init_and_its_default() -> None:
+    """The options that begin with a length of the T-Flex stand in the drawing and in the table."""
+    drawn, page = (DOCS / "lengths.svg").read_text(), (DOCS / "my-hexapod.md").read_text()
+    command = typer.main.get_command(app).commands["init"]  # type: ignore[attr-defined]
+    lengths = {p.opts[0]: p.default for p in command.params if isinstance(p.default, float)}
+    assert len(lengths) == 7
+    for option, default in lengths.items():
+        assert f">{option.removeprefix('--')}</text>" in drawn
+        assert re.search(rf"`{option}`.*\b{default:g} (m|rad)\b", page), option
+    assert list(vars(script("draw_lengths").SHOWN).values()) == list(lengths.values())
 
 
 def test_reference_of_the_machine_file_has_every_key() -> None:

@@ -10,14 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnose.maps import map_figures, spectrum_figures
 from flexhex.diagnose.next import Invocation, next_steps, shortened
-from flexhex.diagnose.plots import (
-    candidate_bars,
-    residual_bars,
-    residual_map,
-    spectrum_map,
-    strip_figures,
-)
+from flexhex.diagnose.plots import candidate_bars, residual_bars, strip_figures
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
@@ -34,14 +29,11 @@ from flexhex.diagnose.view import (
     shown_lines,
 )
 from flexhex.diagnose.words import residual_name, verdict
-from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure
 
 Array = NDArray[np.float64]
-FREQUENCY = "frequency"
-"""What a map is over that is a spectrum."""
 
 
 def write_diagnosis(
@@ -55,9 +47,10 @@ def write_diagnosis(
         *_residual(diagnosis),
         *_tracking(diagnosis.shown),
         *_next(diagnosis, invocation),
+        *_maps(diagnosis),
+        *_remarks(diagnosis),
         *_candidates(diagnosis),
-        *_maps(diagnosis.maps),
-        *_remarks(diagnosis, files),
+        _files(diagnosis, files),
     ]
     command = shortened(invocation.words)
     return write_page(path, "What the model lacks", command, parts)
@@ -101,7 +94,7 @@ def _effects(diagnosis: Diagnosis) -> list[PageSection]:
         whole = residual_name(diagnosis.residual)
         text = f"± and ranges are 95 % intervals. Explains: of {whole} on its axes."
         rows = effect_rows(diagnosis)
-        parts.append(PageSection("Effects that the model lacks", text, EFFECTS, rows))
+        parts.append(PageSection("Effects that the model lacks", text, EFFECTS, rows, words=True))
     if diagnosis.changed:
         text = "Parameters of the model that deviate from the machine file."
         parts.append(PageSection("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
@@ -158,36 +151,37 @@ def _candidates(diagnosis: Diagnosis) -> list[PageSection]:
     text = (
         "What each hypothesis adds to the log density of trajectories that it was not fitted to, in"
         " nats: 3 nats are odds of 20. Base model, gains and shapes are those of the other"
-        " trajectories. Indistinguishable ones predict as well as the one that was accepted."
+        " trajectories. Indistinguishable ones predict as well as the one that was accepted. Of two"
+        " forms of one effect the fuller one is accepted only where it predicts better."
     )
-    return [PageSection("Candidates", text, figures=drawn)]
+    title = f"Candidates of the {len(numbers)} rounds" if len(numbers) > 1 else "Candidates"
+    return [PageSection(title, text, figures=drawn, small=True, folded=True)]
 
 
-def _maps(maps: Sequence[Map]) -> list[PageSection]:
-    parts: list[PageSection] = []
-    for axis in sorted({m.axis for m in maps if m.over != FREQUENCY}):
-        mine = [m for m in maps if m.axis == axis and m.over != FREQUENCY]
-        drawn = {f"map{axis}-{k}": residual_map(m) for k, m in enumerate(mine)}
+def _maps(diagnosis: Diagnosis) -> list[PageSection]:
+    first = matters(diagnosis)
+    parts = []
+    if means := map_figures(diagnosis.maps, first):
         text = "Mean of the repeatable residual; the band is two standard errors wide to each side."
-        first = text if not parts else ""
-        parts.append(PageSection(f"Residual of axis {axis}", first, figures=drawn, small=True))
-    spectra = {f"spectrum{m.axis}": spectrum_map(m) for m in maps if m.over == FREQUENCY}
-    if spectra:
-        parts.append(PageSection("Spectrum of the residual", figures=spectra, small=True))
+        parts.append(PageSection("Where the residual is", text, figures=means, small=True))
+    if spectra := spectrum_figures(diagnosis.maps, first):
+        parts.append(PageSection("Spectrum of the residual", figures=spectra))
     return parts
 
 
-def _remarks(diagnosis: Diagnosis, files: Sequence[Path]) -> list[PageSection]:
+def _remarks(diagnosis: Diagnosis) -> list[PageSection]:
     parts = []
     if notes := remarks(diagnosis):
         parts.append(PageSection("Notes", "", ("",), [(note,) for note in notes], words=True))
     rows = [(text,) for text in diagnosis.findings]
     text = "" if rows else "The logs gave no reason for a remark."
-    parts.append(PageSection("Findings in the logs", text, ("",), rows, words=True))
+    return [*parts, PageSection("Findings in the logs", text, ("",), rows, words=True)]
+
+
+def _files(diagnosis: Diagnosis, files: Sequence[Path]) -> PageSection:
     held_out = set(diagnosis.held_out)
-    listed = [(str(p), "held out" if str(p) in held_out else "fit", digest(p)) for p in files]
-    parts.append(PageSection("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
-    return parts
+    rows = [(str(p), "held out" if str(p) in held_out else "fit", digest(p)) for p in files]
+    return PageSection("Files", "", ("file", "used as", "SHA-256"), rows, words=True, folded=True)
 
 
 def digest(path: Path) -> str:

@@ -1,5 +1,4 @@
-"""Figures of a diagnosis: residuals with their non-repeatable part, gains of candidates, maps, heat
-tables."""
+"""Figures of a diagnosis: residual, gains of candidates, torque over time, heat tables."""
 
 from __future__ import annotations
 
@@ -12,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnose.titles import title, where
-from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
-from flexhex.output.plots import LOG, Figure, figure, of_joint, per_joint, trace
+from flexhex.diagnosis.result.pictured import Candidate, Strip
+from flexhex.output.plots import Figure, figure, of_joint, per_joint, rounded, trace
 
 Array = NDArray[np.float64]
 BEFORE, AFTER, NON_REPEATABLE, OTHER, INK = "#d1731d", "#1f6fb2", "#333", "#b5b5b5", "#222"
@@ -30,8 +29,6 @@ SMALL = 8
 """Columns of a heat table up to which they have names and all cells figures; else numbers."""
 WRITTEN = 0.5
 """Cells from here on hold figures in a large table."""
-MARKED = 60
-"""Bins of a map up to which each has a mark."""
 FAINT, FAINTEST = 0.04, 0.005
 """Cells below this stay white in a large table, in a small one."""
 
@@ -138,41 +135,6 @@ def strip_figures(strips: Sequence[Strip], first: int) -> dict[str, Figure]:
     return {name: per_joint(one, "axis", first) for name, one in drawn.items()}
 
 
-def residual_map(m: Map) -> Figure:
-    """Mean residual over a quantity, before with a band of two standard errors, and after."""
-    band = _band(m.centre, m.before - 2 * m.spread, m.before + 2 * m.spread)
-    mode = "lines+markers" if len(m.centre) <= MARKED else "lines"
-    lines = [
-        band,
-        trace(m.centre, m.before, "before", BEFORE, mode=mode, marker={"size": 4}),
-        trace(m.centre, m.after, "after", AFTER, mode=mode, marker={"size": 4}),
-    ]
-    small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
-    name = f"over {m.over}"
-    return figure(
-        name, f"{m.over} [{m.unit}]", f"[{m.residual}]", lines, xaxis={"nticks": 6}, **small
-    )
-
-
-def spectrum_map(m: Map) -> Figure:
-    """Residual over frequency, both axes logarithmic."""
-    lines = [trace(m.centre, m.before, "before", BEFORE), trace(m.centre, m.after, "after", AFTER)]
-    logs: dict[str, Any] = {
-        "xaxis": LOG,
-        "yaxis": {"type": "log", "exponentformat": "power"},
-    }
-    small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
-    return figure(
-        f"axis {m.axis}", f"frequency [{m.unit}]", f"{m.residual}/√Hz", lines, **logs, **small
-    )
-
-
-def _band(x: Array, low: Array, high: Array) -> dict[str, Any]:
-    quiet = {"showlegend": False, "hoverinfo": "skip", "mode": "lines", "line": {"width": 0}}
-    around = {"x": rounded(np.r_[x, x[::-1]]), "y": rounded(np.r_[low, high[::-1]])}
-    return {**around, "fill": "toself", "fillcolor": "rgba(209,115,29,0.18)", **quiet}
-
-
 def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) -> Figure:
     """A table of shares 0..1 as colours; figures [%] in the cells where there is room."""
     shapes, notes = [], []
@@ -238,8 +200,3 @@ def _ticks(names: Sequence[str], more: Mapping[str, Any]) -> dict[str, Any]:
 def shade(value: float) -> str:
     """Nothing at 0, blue at 1."""
     return f"rgba({CELL},{min(max(value, 0.0), 1.0):.3g})"
-
-
-def rounded(values: Array) -> list[float | None]:
-    """Five digits; a figure that is no number leaves a gap."""
-    return [float(f"{v:.5g}") if math.isfinite(v) else None for v in values]

@@ -26,7 +26,7 @@ LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 """Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
 MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
-EFFECTS = ("effect", "where", "parameter", "value, 95 %", "unit", "explains")
+EFFECTS = ("effect", "where", "parameters, 95 %", "explains")
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
 RESIDUAL = ("axis", "torque about its mean", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
@@ -77,18 +77,15 @@ def say(out: Console, text: str, style: str | None = None) -> None:
 
 
 def effect_rows(diagnosis: Diagnosis) -> Rows:
-    """A row for each parameter; effect, place and share stand in its first one."""
+    """A row for each place that has an effect; its name and share stand in the first one."""
     rows: Rows = []
     for e in diagnosis.effects:
-        first = (title(e.id) + (" *" if e.rivals else ""), where(e.axes, short=True))
-        share = percent(e.share)
-        for name, estimate in e.parameters.items():
-            text, unit = measured(estimate), estimate.unit
-            value = text.replace(f" {unit}", "") if unit != "1" else text
-            rows.append((*first, name, value, unit, share))
-            first, share = ("", ""), ""
-        if not e.parameters:
-            rows.append((*first, "", "", "", share))
+        name, share = title(e.id) + (" *" if e.rivals else ""), percent(e.share)
+        for axis, estimates in e.parts or ((0, e.parameters),):
+            values = ", ".join(f"{key} = {measured(value)}" for key, value in estimates.items())
+            place = where((axis,) if axis else e.axes, short=True)
+            rows.append((name, place, values, share))
+            name = share = ""
     return rows
 
 
@@ -220,7 +217,7 @@ def table(
     heading: str, names: Sequence[str], rows: Sequence[Sequence[str]], total: bool = False
 ) -> Group:
     """A table of texts; columns of words stand left. total: a line before the last row."""
-    words = ("effect", "where", "parameter", "unit", "axis", "indistinguishable from")
+    words = ("effect", "where", EFFECTS[2], "parameter", "unit", "axis", "indistinguishable from")
     columns = [Column(name, name, right=name not in words, fold=True) for name in names]
     return tables.table(heading, columns, [dict(zip(names, r, strict=True)) for r in rows], total)
 

@@ -19,6 +19,8 @@ SPARK = (110, 22, 40)
 TIME_POINTS, FIRST_SHOWN = 200, "end-effector"
 """Points of a trajectory in the plot, and the body that it shows at first."""
 EDGE_COLOUR = "#aaa"
+CYCLE, DASHES = 8, ("solid", "dash", "dot")
+"""Colours of the page's lines before the first comes again, in the next of these dashes."""
 COLUMNS = (
     Column("name", "parameter"),
     Column("body", "body"),
@@ -176,10 +178,11 @@ def _time(result: Estimates) -> Figure:
     shown = names.index(FIRST_SHOWN) if FIRST_SHOWN in names else 0
     traces = [
         {"x0": float(result.t[0]), "dx": step, "y": [float(f"{v:.3g}") for v in moved[:, k]]}
-        | {"name": result.listed[k].name, "mode": "lines", "line": {"width": 1.2}}
+        | {"name": result.listed[k].name, "mode": "lines"}
+        | {"line": {"width": 1.2, "dash": DASHES[place // CYCLE % len(DASHES)]}}
         | {"visible": g == shown}
         for g, (_, ks) in enumerate(groups)
-        for k in ks
+        for place, k in enumerate(ks)
     ]
     owner = [g for g, (_, ks) in enumerate(groups) for _ in ks]
     buttons = [

@@ -181,4 +181,6 @@ def figures(result: Hysteresis) -> dict[str, Figure]:
         model["line"] |= {"dash": "dash", "width": 1.1}
         lines.append(model)
     title = f"Torque of actuator {result.actuator} against its angle (as Fig. 2)"
-    return {"hysteresis": figure(title, "θ [rad]", "τ without line [N m]", lines, height=420)}
+    return {
+        "hysteresis": figure(title, "θ [rad]", "τ, straight line removed [N m]", lines, height=420)
+    }

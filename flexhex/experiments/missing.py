@@ -8,23 +8,21 @@ plant, feedforward and estimator, and the adaptive loop runs on the machine befo
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 
 from flexhex.diagnose.rebuild import Rebuilt, rebuild
+from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.estimation.identify import Fit
-from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.result.verdict import Diagnosis, Named
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine_file import truth_file
-from flexhex.output.plots import Figure, figure, trace
+from flexhex.output.plots import Figure, broken, figure, of_joint, per_joint, trace
 from flexhex.output.progress import Progress
 from flexhex.output.tables import Column
 from flexhex.simulation.builder import Builder
@@ -46,6 +44,8 @@ CHANNELS = {
     "r": ("reference.r", "rad"),
 }
 MILLI = 1e3
+DOTTED: dict[str, Any] = {"mode": "lines+markers", "marker": {"size": 3}}
+"""Marks at the bins of a line: one between two empty bins is seen, too."""
 COLUMNS = (
     Column("model", "model"),
     Column("e", "e", "µrad", ".2f"),
@@ -61,6 +61,11 @@ class Missing:
 
     diagnosis: Diagnosis
     rebuilt: Rebuilt | None
+
+    @property
+    def sentence(self) -> str:
+        """The verdict with its confidence."""
+        return verdict(self.diagnosis)
 
     @property
     def names(self) -> list[dict[str, str]]:
@@ -169,16 +174,18 @@ def data(result: Missing) -> dict[str, Any]:
 
 
 def figures(result: Missing) -> dict[str, Figure]:
-    """The repeatable residual over the angle, before and after, axis by axis."""
-    shown = [m for m in result.diagnosis.maps if m.over == "angle"]
-    worst = sorted(shown, key=lambda m: -float(np.abs(m.before).max()))[:2]
-    return {f"missing-{m.axis}": _map(m) for m in sorted(worst, key=lambda m: m.axis)}
-
-
-def _map(shown: Map) -> Figure:
-    lines: Sequence[Any] = [
-        trace(shown.centre, MILLI * shown.before, "original", "#c33"),
-        trace(shown.centre, MILLI * shown.after, "extended", "#1f6fb2"),
+    """The repeatable residual over the angle, before and after, one joint at a time."""
+    lines = [
+        of_joint(m.axis, trace(*broken(m.centre, MILLI * values), name, colour, **DOTTED))
+        for m in result.diagnosis.maps
+        if m.over == "angle"
+        for values, name, colour in (
+            (m.before, "original", "#c33"),
+            (m.after, "extended", "#1f6fb2"),
+        )
     ]
-    title = f"Repeatable difference between machine and model, axis {shown.axis}"
-    return figure(title, "angle [rad]", "torque [mN m]", list(lines), height=300)
+    if not lines:
+        return {}
+    title = "Repeatable residual of joint {joint}"
+    drawn = figure(title, "angle [rad]", "torque [mN m]", lines, height=300)
+    return {"missing": per_joint(drawn)}

@@ -34,7 +34,7 @@ SIGNALS = ("plant.theta", "feedback.e", "feedback.tau_fb")
 COLUMNS = (Column("title", "RMS"), *figure_columns(2, 5))
 SHOWN = 4.0
 """Time of the passes that is drawn one over the other [s]."""
-COLOUR, SHADES = "#3a8f4d", ("#7a3f0d", "#d1731d", "#f0b98a")
+COLOUR, SHADES = "#3a8f4d", ("#d1731d", "#8a4fae", "#1a93a5")
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ class PageSection:
 
     timed: the x axes of the plots are time; zooming into one zooms all of the page. words:
     the table holds no figures to align. small: plots stand side by side where there is room.
-    answer: the sentence is what the page is read for.
+    answer: the sentence is what the page is read for. folded: among the details at the end.
     """
 
     title: str
@@ -31,6 +31,7 @@ class PageSection:
     words: bool = False
     small: bool = False
     answer: bool = False
+    folded: bool = False
 
 
 def write_page(path: Path, title: str, subtitle: str, parts: Sequence[PageSection]) -> Path:

@@ -15,6 +15,8 @@ COLOURS = {"feedback": "#8c8c8c", "fixed": "#d1731d", "adaptive": "#1f6fb2"}
 MAX_POINTS = 3000
 ALIKE = 0.1
 """Height of a line, relative to that of all, below which it would look flat beside them."""
+WIDE = 1.5
+"""Steps of the usual width from which on samples are missing between two."""
 _TICKS = [f"{digit}e{power}" for power in range(-9, 10) for digit in (1, 2, 5)]
 LOG: dict[str, Any] = {
     "type": "log",
@@ -44,12 +46,28 @@ def trace(
     points: int = MAX_POINTS,
     **more: Any,
 ) -> dict[str, Any]:
-    """One line, thinned to at most `points` and rounded to six digits."""
+    """One line, thinned to at most `points` and rounded to six digits; NaN in y is a gap."""
     t, y = thinned(np.asarray(t), np.asarray(y), points)
     line = {"width": 1.2} | ({"color": colour} if colour else {})
     xs = [float(f"{v:.6g}") for v in t]
-    ys = [float(f"{v:.5g}") for v in y]
-    return {"x": xs, "y": ys, "name": name, "mode": "lines", "line": line} | more
+    return {"x": xs, "y": rounded(y), "name": name, "mode": "lines", "line": line} | more
+
+
+def rounded(values: Array) -> list[float | None]:
+    """Five digits; a figure that is no number leaves a gap."""
+    return [float(f"{v:.5g}") if math.isfinite(v) else None for v in values]
+
+
+def gaps(x: Array) -> NDArray[np.intp]:
+    """Places in rising x before which a sample is missing: its step is WIDE times the usual one."""
+    steps = np.diff(x)
+    return np.flatnonzero(steps > WIDE * np.median(steps)) + 1 if len(steps) else np.zeros(0, int)
+
+
+def broken(x: Array, y: Array) -> tuple[Array, Array]:
+    """x and y with a NaN in y where samples are missing, so that no line bridges them."""
+    at = gaps(x)
+    return np.insert(x, at, (x[at - 1] + x[at]) / 2), np.insert(y, at, np.nan)
 
 
 def figure(
@@ -78,7 +96,7 @@ def figure(
 
 def of_joint(number: int, line: dict[str, Any]) -> dict[str, Any]:
     """A line that is seen when the page's selector stands on this joint (from 1)."""
-    return line | {"meta": {"joint": number}, "visible": number == 1}
+    return line | {"meta": {**line.get("meta", {}), "joint": number}, "visible": number == 1}
 
 
 def per_joint(figure: Figure, word: str = "joint", first: int = 1) -> Figure:

@@ -19,8 +19,10 @@ def report_command(
     """Summarise a recording of the gateway: errors, timing, states, skipped cycles, trip."""
     from flexhex.recording import read_recording
     from flexhex.report.page import data, show, write_recording
+    from flexhex.report.recorded import require
 
     recorded = read_recording(recording)
+    require(recorded, str(recording))
     written = write_recording(recorded, str(recording), page)
     if json:
         print(to_json.dumps(data(recorded) | {"page": str(written)}, indent=2))

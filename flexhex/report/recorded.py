@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.fmus.common.errors import LogError
 from flexhex.recording import RUNNING, Recording
 from flexhex.tracking import SETTLE
 
@@ -15,6 +16,11 @@ Array = NDArray[np.float64]
 MICRO = 1e6
 PARTS = {"wake_up": "wake-up", "round_trip": "round trip of the frame", "compute": "computing"}
 """Channels of the times of a cycle [µs], and what they are called."""
+NEEDED = (
+    *("theta", "tau_meas", "e", "statusword", "al_state", "error_code"),
+    *("answered", "working_counter", "late_threads", *PARTS),
+)
+"""Channels that a report is made of."""
 MOST_CHANGES = 40
 DRIVE = {
     0x00: (0x4F, "not ready to switch on"),
@@ -38,6 +44,16 @@ class Missed:
     unanswered: int
     short: int
     late_threads: int
+
+
+def require(recording: Recording, name: str) -> None:
+    """LogError for a recording, called `name`, without a channel that a report is made of."""
+    there = {column.partition("[")[0] for column in recording.names}
+    if lacking := [channel for channel in NEEDED if channel not in there]:
+        raise LogError(
+            f"{name}: a recording without {', '.join(lacking)}: record the run again with"
+            " `flexhex-gateway run --record`, or look at it with `flexhex view`"
+        )
 
 
 def seconds(recording: Recording) -> Array:

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexhex.fmugen import cache as store
 from flexhex.fmugen.blocks import Source, block_interface, step_file, with_starts
 from flexhex.fmugen.codegen import SYMBOLIC
@@ -25,6 +28,11 @@ from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.write import write_ssp
 from flexhex.tracking import SETTLE
 from flexhex.trajectory.motion import read_motion
+
+Array = NDArray[np.float64]
+SAME = 1e-9
+"""Difference of start values [m, rad, 1] that two computers may find for one machine file: the last
+bits are those of their linear algebra."""
 
 
 @dataclass(frozen=True)
@@ -100,10 +108,15 @@ def build_player(
     return player
 
 
-def _input(interface: Interface, name: str) -> tuple[tuple[float, ...], float]:
-    """Start values and maximum of an input."""
+def _input(interface: Interface, name: str) -> Array:
+    """Start values and maximum of an input, as an array."""
     variable = next(v for v in interface.inputs if v.name == name)
-    return variable.starts, variable.max
+    return np.array([*variable.starts, variable.max])
+
+
+def _same(one: Array, other: Array) -> bool:
+    """Whether these are of one mechanism."""
+    return one.shape == other.shape and bool(np.allclose(one, other, rtol=SAME, atol=SAME))
 
 
 def _check(
@@ -115,7 +128,8 @@ def _check(
             raise InterfaceError(f"{package.path}: has no component {name!r}: is it a hexapod.ssp?")
     # the neutral pose of all bodies, and the stroke
     for part, name in (("F", "x"), ("N_F", "theta")):
-        if _input(parts[part], name) == _input(block_interface(INSTANCES[part], machine), name):
+        own = block_interface(INSTANCES[part], machine)
+        if _same(_input(parts[part], name), _input(own, name)):
             continue
         raise InterfaceError(
             f"{package.path}: its mechanism is not that of {machine_file}: name the machine file"

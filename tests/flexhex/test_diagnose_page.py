@@ -30,6 +30,9 @@ from tests.flexhex.diagnoses import (
 INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
+OVER = len({m.over for m in BASIC.maps} - {"frequency"})
+
+
 def page(diagnosis: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
     """The page and its figures."""
     (folder / "run1.csv").write_text("x", encoding="utf-8")
@@ -53,9 +56,18 @@ def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -
 
 def test_page_draws_what_there_is(tmp_path: Path) -> None:
     _, figures = page(NAMED, tmp_path)
-    expected = {"residual", "replay0", "loop", "round1", "round2", "spectrum3"}
-    assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
+    expected = {"residual", "replay0", "loop", "round1", "round2", "spectrum-0"}
+    assert set(figures) == expected | {f"map-{k}" for k in range(OVER)}
     assert set(page(CANNOT, tmp_path)[1]) == set()
+
+
+def test_what_few_read_is_folded_and_stands_last(tmp_path: Path) -> None:
+    text, _ = page(NAMED, tmp_path)
+    folded = re.findall(r'<details class="more"><summary>(.*?)</summary>', text)
+    assert folded == ["Candidates of the 2 rounds", "Files"]
+    titles = re.findall(r"<h2>(.*?)</h2>", text)
+    assert titles[-2:] == ["Findings in the logs", "Details"]
+    assert text.index("<h2>Details</h2>") < text.index('id="round1"')
 
 
 def test_page_takes_text_as_text(tmp_path: Path) -> None:

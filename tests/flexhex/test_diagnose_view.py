@@ -72,12 +72,23 @@ def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, 
 
 
 def test_lopsided_interval_is_given_by_its_ends() -> None:
-    """In the table the unit stands in a column of its own, and nowhere else."""
     value = Estimate(0.05, (0.04, 0.09), "N m")
     assert measured(value) == "0.0500 N m (0.0400 to 0.0900 N m)"
-    effect = replace(BASIC.effects[0], parameters={"F_c": value})
-    (row,) = effect_rows(replace(BASIC, effects=(effect,)))
-    assert row[3:5] == ("0.0500 (0.0400 to 0.0900)", "N m")
+
+
+def test_effect_has_a_row_for_each_place() -> None:
+    """Its name and share stand in the first one."""
+    parts = tuple((axis, {"a": Estimate(0.1 * axis, (0.0, 1.0), "N m")}) for axis in (1, 1, 4))
+    effect = replace(BASIC.effects[0], axes=(1, 4), parts=parts, share=0.5)
+    rows = effect_rows(replace(BASIC, effects=(effect,)))
+    assert [row[1] for row in rows] == ["axis 1", "axis 1", "axis 4"]
+    assert [row[0] != "" for row in rows] == [True, False, False]
+    assert [row[3] for row in rows] == ["50 %", "", ""]
+    assert rows[0][2].startswith("a = 0.100 N m (")
+    whole = replace(effect, axes=(), parts=())
+    ((_, place, values, _),) = effect_rows(replace(BASIC, effects=(whole,)))
+    assert place == "whole"
+    assert all(f"{name} = " in values for name in whole.parameters)
 
 
 @pytest.mark.parametrize(

@@ -64,6 +64,15 @@ def test_title_of_half_a_page_stands_above_its_legend_in_print(
     assert title[3] <= legend[1]
 
 
+def test_plot_without_lines_of_the_chosen_joint_is_hidden(browser: Browser, page: Path) -> None:
+    """Plots that no joint has stay."""
+    browser.open(page)
+    browser.run("figures.angle.data = figures.angle.data.filter(line => line.meta.joint < 3)")
+    hidden = "['angle', 'error'].map(id => document.getElementById(id).closest('figure').hidden)"
+    seen = [browser.run(f"choose({joint}).then(() => {hidden})") for joint in (2, 3, 1)]
+    assert seen == [[False, False], [True, False], [False, False]]
+
+
 def test_first_column_stays_while_a_wide_table_is_moved(browser: Browser, page: Path) -> None:
     """The page itself is no wider than the screen; nothing of the table stands over its names."""
     browser.open(page, NARROW, 900)

@@ -109,8 +109,9 @@ def test_ten_minutes_at_4_khz_open_within_three_seconds(browser: Browser, tmp_pa
         took.append(time.monotonic() - began)
     assert min(took) < 3.0, took
     scrub = browser.run(
-        "(() => { const began = performance.now(); for (let k = 0; k < 40; k++) {"
-        " setTime(5 + 14 * k); place(); } return (performance.now() - began) / 40; })()"
+        "Array.from({ length: 120 }, (_, k) => { const began = performance.now();"
+        " setTime(5 + 4.5 * k); place(); return performance.now() - began; })"
     )
-    assert scrub < 15.0, "plots and bodies of one instant [ms]"
+    # of three the best here, too: an instant that others interrupt takes 40 ms, else 1 to 3
+    assert np.quantile(scrub, 1 / 3) < 5.0, "plots and bodies of one instant [ms]"
     assert browser.said == []

@@ -143,3 +143,12 @@ def test_damaged_recording_is_refused(old: str, new: str, wanted: str, tmp_path:
     file.write_text(text.replace(old, new))
     with pytest.raises(LogError, match=wanted):
         read_recording(file)
+
+
+def test_recording_without_a_channel_is_refused_by_its_name(tmp_path: Path) -> None:
+    file = write(recorded(), tmp_path / "run.csv")
+    file.write_text(file.read_text().replace(",answered,", ",asked,"))
+    done = CliRunner().invoke(app, ["report", str(file), "--page", str(tmp_path / "a.html")])
+    assert isinstance(done.exception, LogError)
+    assert "run.csv: a recording without answered: record" in str(done.exception)
+    assert not (tmp_path / "a.html").exists()

@@ -131,7 +131,9 @@ function tracesOf(f) {
 }
 
 function draw(id) {
-  const f = { ...figures[id], id }, box = document.getElementById(id);
+  const f = { ...figures[id], id }, box = document.getElementById(id), joints = jointsOf(f);
+  // axes of several kinds have figures of their own
+  box.closest("figure").hidden = joints.length > 0 && joint > 0 && !joints.includes(joint);
   return Plotly.react(box, tracesOf(f), layoutOf(f), {
     responsive: !printing, displaylogo: false, displayModeBar: narrow() ? false : "hover",
     modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],

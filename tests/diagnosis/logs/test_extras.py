@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,12 @@ from tests.diagnosis.synthetic import columns, motion
 @pytest.mark.parametrize(
     ("package", "ending", "extra"), [("pyarrow", "parquet", "parquet"), ("asammdf", "mf4", "mdf")]
 )
-def test_missing_extra_is_named(package: str, ending: str, extra: str, tmp_path: Path) -> None:
-    if importlib.util.find_spec(package):
-        pytest.skip(f"{package} is installed")
+def test_missing_extra_is_named(
+    package: str, ending: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where it is installed: the import finds nothing."""
+    for name in (package, f"{package}.parquet"):
+        monkeypatch.setitem(sys.modules, name, None)
     path = tmp_path / f"a.{ending}"
     path.write_bytes(b"")
     with pytest.raises(LogError, match=rf"needs the package {package}: pip install .*{extra}"):
