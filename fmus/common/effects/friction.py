@@ -39,7 +39,6 @@ class DryFriction(Effect):
     """Dry friction with presliding: z follows the motion within an angle s_0, as Dahl has it."""
 
     states: tuple[State, ...] = (State("z_0", "1"),)
-    varied = True
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         return actuator.dahl_rate(state, s.thetad, shape["s_0"])
@@ -56,6 +55,7 @@ class CoulombFriction(DryFriction):
     """
 
     id, title, acts_on = "coulomb_friction", "Coulomb friction", "torque"
+    varied = True
     gains = (Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque"),)
     shapes = (PRESLIDING,)
     excites = "reversals of the motion at several angles; constant speeds between them"
@@ -79,6 +79,7 @@ class StribeckFriction(DryFriction):
     """
 
     id, title, acts_on = "stribeck_friction", "Stribeck friction", "torque"
+    varied = True
     gains = (
         Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque when fast"),
         Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque beyond it", below=("F_c", 2.0)),
