@@ -12,10 +12,15 @@ from tests.conftest import MACHINE_FILE
 from tests.gateway.bench import Bench
 from tests.gateway.fault_table import Table
 from tests.gateway.test_lift_off import MOST
-from tests.gateway.test_workspace import ONE_UP, TWO_UP
+from tests.gateway.test_workspace import ONE_UP, TWO_UP, gain
 from tests.gateway.weight import STROKE, TS, Fallen, free
+from tests.oracles.calculus import Array
+from tests.oracles.geometry import close
+from tests.oracles.machine import Machine, read_machine
 
 BEGIN_S = 0.1
+REST = np.array([-0.236, -0.348, -0.235, -0.293, -0.250, -0.317])
+"""Where the machine rests [rad]."""
 NAME = "platform moves towards a singular pose"
 UNJUDGED = ("torque_N_m = 6.0 ", "platform_gain = 1000.0\ntorque_N_m = 6.0 ")
 
@@ -88,6 +93,26 @@ def test_joint_limits_alone_do_not_cover_a_singular_pose(hexapod_ssp: Path, tmp_
     assert fallen.ran.code == 1
     assert "following error" in fallen.ran.one("summary")["landing_trip"]
     assert np.abs(fallen.theta).max() > STROKE - 1e-3, "it fell onto its stops"
+
+
+def test_way_to_rest_from_an_allowed_pose_has_no_larger_gain() -> None:
+    """Poses drawn at random within the stroke; the gains by an independent model."""
+    machine, chance = read_machine(), np.random.default_rng(19)
+    poses = chance.uniform(-0.5, 0.5, (20, 6))
+    allowed = [pose for pose in poses if reachable(machine, pose) < 2.0]
+    assert len(allowed) > 5
+    for pose in allowed:
+        ways = [REST + share * (pose - REST) for share in np.linspace(0.0, 1.0, 12)]
+        gains = [gain(machine, close(machine, at)) for at in ways]
+        assert max(gains) <= max(gains[0], gains[-1]) * 1.001, pose
+
+
+def reachable(machine: Machine, pose: Array) -> float:
+    """The gain at a pose that is reached on the straight way from neutral; infinite elsewhere."""
+    try:
+        return max(gain(machine, close(machine, share * pose)) for share in np.linspace(0.1, 1, 10))
+    except ArithmeticError:
+        return np.inf
 
 
 @pytest.mark.sample(2)
