@@ -124,7 +124,7 @@ fn signs(args: &Signs) -> Exit {
         if !(args.torque > 0.0 && args.torque <= most) {
             return Err(SignsError::Torque { torque: args.torque, most }.into());
         }
-        Ok(Task::Nudges(Nudges::new(args.torque, system.base_step())))
+        Ok(Task::Nudges(Box::new(Nudges::new(args.torque, system.base_step()))))
     };
     let tell = |reporter: Reporter, config: &Config, _: &System, out: &Outcome| {
         report_signs(args, reporter, config, out)

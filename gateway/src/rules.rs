@@ -21,6 +21,7 @@ pub enum Reason {
     Position,
     FollowingError,
     Pose,
+    Singular,
     Thermal,
     NotFinite,
     FmuError,
@@ -52,6 +53,7 @@ impl Reason {
             Reason::Position => "position",
             Reason::FollowingError => "following_error",
             Reason::Pose => "pose",
+            Reason::Singular => "singular",
             Reason::Thermal => "thermal",
             Reason::NotFinite => "not_finite",
             Reason::FmuError => "fmu_error",
@@ -105,6 +107,10 @@ impl Reason {
             Reason::Position => format!("angle {value} rad, limit {limit} rad"),
             Reason::FollowingError => format!("following error {value} rad, allowed {limit} rad"),
             Reason::Pose => format!("the platform would leave its limits: {value}, limit {limit}"),
+            Reason::Singular => format!(
+                "a singular pose is near: an axis moves the platform {value} times as far as in the neutral pose, \
+                 allowed {limit} (landing.platform_gain)"
+            ),
             Reason::Thermal => format!(
                 "root mean square of the torque {value} N m, allowed {limit} N m (rated_torque_N_m)"
             ),
@@ -226,6 +232,7 @@ reactions! {
     position = Position / Land,
     following_error = FollowingError / Land,
     pose = Pose / Land,
+    singular = Singular / Land,
     thermal = Thermal / Land,
     not_finite = NotFinite / Land,
     fmu_error = FmuError / Land,

@@ -14,6 +14,7 @@ use crate::cycle::{signals, ControlLoop, Ending, Outcome, Preallocated, RunOptio
 use crate::exit::{Exit, Refusal};
 use crate::learned;
 use crate::live::Board;
+use crate::mismatch::Mismatch;
 use crate::option_error::OptionError;
 use crate::plan::plan;
 use crate::realtime;
@@ -24,6 +25,7 @@ use crate::session::{self, PowerArgs};
 use crate::tasks::Task;
 use crate::watch;
 use crate::wire::{Cable, Replay, Socket};
+use crate::workspace::Workspace;
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -145,6 +147,7 @@ fn prepare_and_run(
     let controller = signals::open(&config, &system, lockstep, resume)?;
     let signals = Signals::find(&config, &controller)?;
     let mut mechanics = session::mechanics(&config, &system)?;
+    let workspace = Workspace::open(&config, &system).map_err(Mismatch::System)?;
     // from here on a task may listen to the keyboard
     realtime::stop::listen();
     let task = make(&config, &system)?;
@@ -183,7 +186,7 @@ fn prepare_and_run(
                 reporter.devices(devices);
                 serials = bus::serials(&config, devices);
             })?;
-            let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
+            let (parts, sinks) = ((controller, signals, mechanics, workspace), (sink, buffers));
             let options = (run_options(args, lockstep, base_step), task);
             let control =
                 ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step));

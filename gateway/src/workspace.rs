@@ -18,6 +18,8 @@ pub struct Workspace {
     most: f64,
     /// Limits of the pose, by the variable of the kinematics.
     limits: Vec<PoseLimit>,
+    /// Axes judged of those that `watch` goes through, and their gain so far.
+    watched: (usize, Gain),
     at: Axes,
     /// Where a landing leads from every pose, if that is known.
     rest: Option<Axes>,
@@ -40,8 +42,7 @@ impl Workspace {
             return Ok(None);
         };
         let at = [0.0; AXES];
-        let unreachable = Gain { position: 0.0, orientation: 0.0 };
-        let neutral = kinematics.gain(&at)?.unwrap_or(unreachable);
+        let neutral = kinematics.gain(&at)?.unwrap_or_default();
         // the pose that is wanted and the one that is measured have the same variables
         let mut limits = Vec::new();
         for limit in &config.pose {
@@ -53,7 +54,15 @@ impl Workspace {
         let most = config.landing.platform_gain;
         let rest = config.landing.rest.or(config.homed.as_ref().and_then(Homed::rest));
         let at = rest.unwrap_or(at);
-        Ok(Some(Workspace { kinematics, neutral, most, limits, at, rest }))
+        Ok(Some(Workspace {
+            kinematics,
+            neutral,
+            most,
+            limits,
+            watched: (0, Gain::default()),
+            at,
+            rest,
+        }))
     }
 
     /// The straight way from where it is, and the one on which a landing leads from there. It stays where it is if
@@ -65,6 +74,19 @@ impl Workspace {
         }
         self.at = *to;
         Ok(())
+    }
+
+    /// Of poses along a motion: the gain over that in the neutral pose, as the largest of six calls, one for each axis; infinite where the platform cannot be. None before the sixth, and where the FMU fails.
+    pub fn watch(&mut self, theta: &Axes) -> Option<f64> {
+        let (axis, before) = self.watched;
+        let Some(gain) = self.kinematics.gain_of(axis, theta).ok()? else {
+            self.watched = (0, Gain::default());
+            return Some(f64::INFINITY);
+        };
+        let gain = before.or_more(&gain);
+        let whole = axis + 1 == AXES;
+        self.watched = if whole { (0, Gain::default()) } else { (axis + 1, gain) };
+        whole.then(|| over(&gain, &self.neutral))
     }
 
     fn way(&mut self, from: &Axes, to: &Axes) -> Result<(), Obstacle> {

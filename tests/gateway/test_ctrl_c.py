@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -67,18 +66,11 @@ def test_ctrl_c_at_any_frame_leaves_the_drives_disabled(
     harmless(ran)
 
 
-@pytest.mark.sample(2)
-@pytest.mark.parametrize("delay", [0.0, 0.1, 0.2, 0.4])
-def test_ctrl_c_at_any_time_leaves_the_drives_disabled(
-    delay: float, hexapod_ssp: Path, tmp_path: Path
-) -> None:
-    """Starting, too, where the process is only ended."""
-
-    def soon(gateway: Process) -> None:
-        time.sleep(delay)
-        gateway.send_signal(signal.SIGINT)
-
-    ran = Bench(hexapod_ssp, tmp_path).run(seconds=100.0, during=soon)
+def test_ctrl_c_at_once_only_ends_the_process(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """Before it has sent anything, or soon after: both are good."""
+    ran = Bench(hexapod_ssp, tmp_path).run(
+        seconds=100.0, during=lambda gateway: gateway.send_signal(signal.SIGINT)
+    )
     assert ran.code in (0, -signal.SIGINT), ran.words
     harmless(ran)
 

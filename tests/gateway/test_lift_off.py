@@ -89,6 +89,14 @@ class Pid:
         self.weight = np.array([float(named[f"tau_ff[{k}]"]) for k in range(1, 7)])
         self.rest, self.sum, self.rate, self.last = rest, np.zeros(6), np.zeros(6), None
 
+    def begin_with(self, tau: Rows, r: Rows) -> None:
+        """The first torque, where the errors are zero."""
+        self.sum = (tau - self.holding(r)) * self.t_i / self.kp
+
+    def holding(self, r: Rows) -> Rows:
+        """The line of the weight."""
+        return np.asarray(self.weight * np.clip(1.0 - r / self.rest, 0.0, 2.0))
+
     def torque(self, r: Rows, theta: Rows) -> Rows:
         """Torque of the next frame, in whole steps of the drive."""
         e = r - theta
@@ -97,8 +105,7 @@ class Pid:
         slope, lag = 2.0 * self.t_f - TS, 2.0 * self.t_f + TS
         self.rate = (slope * self.rate + 2.0 * (e - last)) / lag
         self.last = e
-        hold = self.weight * np.clip(1.0 - r / self.rest, 0.0, 2.0)
-        tau = hold + self.kp * (e + self.sum / self.t_i + self.t_d * self.rate)
+        tau = self.holding(r) + self.kp * (e + self.sum / self.t_i + self.t_d * self.rate)
         assert np.abs(tau).max() < MOST
         return np.round(tau / STEPS["akd"]) * STEPS["akd"]
 
@@ -132,6 +139,11 @@ def test_landing_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp:
     stop = start + rate * (brake * TS) / 2.0
     travel = int(np.ceil(1.875 * np.abs(rest - stop).max() / SPEED / TS))
     pid, wanted = Pid(hexapod_ssp, rest), []
+    # what the drives gave on average in the time of braking
+    given = np.zeros(6)
+    for tau in fallen.ran.table["tau_meas"][fallen.ran.table["phase"] != 4][: end + 1]:
+        given = given + TS / BRAKE * (tau - given)
+    pid.begin_with(given, start)
     cycles = brake + pause + travel + pause
     for k in range(cycles):
         if k < brake:

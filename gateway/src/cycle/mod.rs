@@ -6,6 +6,7 @@ mod guiding;
 mod inputs;
 mod moving;
 mod outcome;
+mod outputs;
 mod refusal;
 mod row;
 mod running;
@@ -22,7 +23,6 @@ pub use outcome::{Ending, Outcome};
 pub use signals::Signals;
 pub use timing::{Clock, Histogram};
 
-use crate::bus::cia402::{self, State};
 use crate::bus::Bus;
 use crate::config::{Config, AXES};
 use crate::live::Board;
@@ -32,6 +32,7 @@ use crate::record::Sink;
 use crate::safety::{Disabling, Safety};
 use crate::tasks::Task;
 use crate::wire::Link;
+use crate::workspace::Workspace;
 
 /// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
 const UNANSWERED_LIMIT: u32 = 40;
@@ -70,6 +71,9 @@ impl Preallocated {
     }
 }
 
+/// What computes: the FMUs, their signals, lift-off and landing, the platform.
+pub type Parts = (Controller, Signals, Mechanics, Option<Workspace>);
+
 /// The control loop with everything that a cycle uses.
 pub struct ControlLoop<'a, L: Link> {
     config: &'a Config,
@@ -93,8 +97,12 @@ pub struct ControlLoop<'a, L: Link> {
     previous: inputs::Values,
     skipped_before: u64,
     mechanics: Mechanics,
+    /// None: no kinematics, or the encoders are not homed.
+    workspace: Option<Workspace>,
     /// Where the machine rested before it was enabled [rad].
     rest: [f64; AXES],
+    /// Mean of the measured torques over the time of braking [N m]: what the machine needs where it is.
+    given: [f64; AXES],
     task: Task,
     /// Encoders that are not homed show 0 where the machine rests.
     zeroed: bool,
@@ -113,7 +121,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         config: &'a Config,
         (options, task): (RunOptions, Task),
         bus: Bus<L>,
-        (controller, signals, mechanics): (Controller, Signals, Mechanics),
+        (controller, signals, mechanics, workspace): Parts,
         (sink, out): (Sink, Preallocated),
         (board, base_step): (&'a Board, f64),
     ) -> Self {
@@ -133,7 +141,9 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             previous: inputs::Values::default(),
             skipped_before: 0,
             mechanics,
+            workspace: workspace.filter(|_| task.is_homed()),
             rest: [0.0; AXES],
+            given: [0.0; AXES],
             zeroed: task.is_homed(),
             task,
             moved: 0,
@@ -215,34 +225,6 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         match self.options.lockstep {
             true => u64::from(b.lockstep_timeout_ms) * 1_000_000,
             false => u64::from(b.reply_timeout_us) * 1000,
-        }
-    }
-
-    /// Torque and controlword of the next frame.
-    fn outputs(&mut self) -> ([f64; AXES], [u16; AXES]) {
-        let mut tau = [0.0; AXES];
-        tau.copy_from_slice(&self.controller.command()[..AXES]);
-        match &mut self.phase {
-            Phase::Running if self.options.dry_run => {
-                ([0.0; AXES], [cia402::DISABLE_VOLTAGE; AXES])
-            }
-            Phase::Running => (tau, [cia402::ENABLE_OPERATION; AXES]),
-            Phase::Arming(_) => {
-                let now = self.bus.reply().statusword.map(cia402::state);
-                let reset = self.options.reset_faults;
-                let still = self.safety.history().knows_rates();
-                // all wait for the last one, then all are enabled by one frame
-                let together = now.iter().all(|s| cia402::is_switched_on(*s));
-                let word = |s| match s {
-                    _ if !still => cia402::DISABLE_VOLTAGE,
-                    State::SwitchedOn if !together => cia402::SWITCH_ON,
-                    State::Fault if reset => cia402::FAULT_RESET,
-                    _ => cia402::towards_enabled(s),
-                };
-                ([0.0; AXES], now.map(word))
-            }
-            Phase::Lifting(mover) | Phase::Landing(mover) => (mover.tau, self.kept_enabled()),
-            Phase::Disabling(disabling) => ([0.0; AXES], [disabling.next(); AXES]),
         }
     }
 }

@@ -44,6 +44,7 @@ impl<L: Link> ControlLoop<'_, L> {
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
+        mover.begin_with(&self.given);
         // without a fault the sums of the errors still hold: no step of the torque
         if let (Phase::Lifting(before), Ending::Done | Ending::StopRequested) =
             (&self.phase, &self.out.ending)
@@ -77,9 +78,11 @@ impl<L: Link> ControlLoop<'_, L> {
         let values = self.inputs.of(&Reply { answered: complete, ..*reply }, skipped);
         self.previous = values;
         mover.step(&values.theta, skipped);
+        self.note_given(&values.tau);
         self.moved += 1;
         self.out.lifted += u64::from(lifting);
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
+        let gain = self.platform_gain(&values.theta, complete);
         self.fill(n, reply, late_ns, round_trip_ns);
         let trip = self.safety.judge(&Measured {
             cycle: n,
@@ -91,6 +94,7 @@ impl<L: Link> ControlLoop<'_, L> {
             tau: &mover.tau,
             feedback: None,
             pose: &[],
+            gain,
             r: &mover.r,
             e: &mover.e,
             statusword: &reply.statusword,
@@ -119,6 +123,14 @@ impl<L: Link> ControlLoop<'_, L> {
             self.take_power(ReactionKind::Zero);
         } else if matches!(self.phase, Phase::Landing(_)) && over {
             self.take_power(ReactionKind::Land);
+        }
+    }
+
+    /// Measured torques of a cycle [N m].
+    pub(super) fn note_given(&mut self, tau: &[f64; AXES]) {
+        let share = (self.mechanics.pace.base_step / self.mechanics.pace.brake).min(1.0);
+        for (given, tau) in self.given.iter_mut().zip(tau) {
+            *given += share * (tau - *given);
         }
     }
 

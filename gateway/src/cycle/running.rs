@@ -3,7 +3,7 @@
 use flexhex_system::{Component, Trip as Failure};
 
 use super::inputs::{between, Values};
-use super::{signals, ControlLoop, Ending};
+use super::{signals, ControlLoop, Ending, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
 use crate::realtime::{now_ns, stop};
@@ -30,7 +30,9 @@ impl<L: Link> ControlLoop<'_, L> {
         if failure.is_none() {
             failure = self.controller.cycle(&values.theta, &values.tau).err();
         }
+        let gain = self.platform_gain(&values.theta, reply.answered);
         self.previous = values;
+        self.note_given(&values.tau);
         let compute = caught_up + now_ns() - begin;
         self.out.timing.compute.add(compute);
         let controller = match &failure {
@@ -52,6 +54,7 @@ impl<L: Link> ControlLoop<'_, L> {
             tau: self.controller.command(),
             feedback: Some(&feedback),
             pose: &self.pose,
+            gain,
             r: &r,
             e: &e,
             statusword: &reply.statusword,
@@ -87,6 +90,16 @@ impl<L: Link> ControlLoop<'_, L> {
             self.controller.cycle(&values.theta, &values.tau)?;
         }
         Ok(())
+    }
+
+    /// How near to a singular pose the platform comes if it stops now; None in cycles in which that is not known. Its
+    /// way is twice the planned one, as the feedback of a landing overshoots by as much. In a landing: where it is.
+    pub(super) fn platform_gain(&mut self, theta: &[f64; AXES], measured: bool) -> Option<f64> {
+        let workspace = self.workspace.as_mut().filter(|_| measured)?;
+        let landing = matches!(self.phase, Phase::Landing(_));
+        let time = if landing { 0.0 } else { self.mechanics.pace.brake };
+        let rates = self.safety.history().rates();
+        workspace.watch(&std::array::from_fn(|k| theta[k] + rates[k] * time))
     }
 
     /// The first fault output whose value is not listed in `safety.non_trip_faults`.

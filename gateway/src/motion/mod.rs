@@ -86,6 +86,15 @@ impl Mover {
         }
     }
 
+    /// Begins with these torques [N m] where the errors are zero, as far as it may.
+    pub fn begin_with(&mut self, tau: &Axes) {
+        let (hold, g) = (self.mechanics.holding(&self.r, &self.rest), self.mechanics.gains);
+        for k in 0..AXES {
+            let wanted = tau[k].clamp(-self.most[k], self.most[k]);
+            self.e_sum[k] = (wanted - hold[k]) * g.t_i / g.kp[k];
+        }
+    }
+
     /// Goes on along another path: nothing that was learned is lost, and where it begins elsewhere, that is no
     /// rate of the error.
     pub fn follow(&mut self, path: Path) {

@@ -148,6 +148,19 @@ fn from_any_state_with_any_single_fault_the_machine_ends_at_rest() {
 }
 
 #[test]
+fn a_landing_begins_with_the_torque_that_it_is_given_within_its_limit() {
+    let from = [0.3; AXES];
+    let mut mover =
+        Mover::new(mechanics(), Path::new(from, [0.0; AXES], REST, pace()), REST, [false; AXES]);
+    let given = [-2.0, 0.0, 1.2, 3.0, 5.9, 16.0];
+    mover.begin_with(&given);
+    mover.step(&from, 0);
+    for (tau, given) in mover.tau.iter().zip(given) {
+        assert!((tau - given.clamp(-6.0, 6.0)).abs() < 1e-12, "{tau} {given}");
+    }
+}
+
+#[test]
 fn a_torque_at_its_limit_winds_nothing_up() {
     let path = Path::new([0.0; AXES], [0.0; AXES], [0.0; AXES], pace());
     let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);

@@ -1,3 +1,4 @@
+use super::error::RecordError;
 use super::ring::ring;
 use super::writer::{Plan, Writer};
 use super::{time_of, Columns};
@@ -120,6 +121,17 @@ fn a_trip_is_kept_although_the_recording_failed() {
     let text = std::fs::read_to_string(kept).unwrap();
     assert!(text.contains("# trip: jump") && text.ends_with("2,0,1\n3,0,1\n4,0,1\n"), "{text}");
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_trip_that_could_not_be_kept_is_refused_before_the_run() {
+    let (_sink, source) = ring(64, 3);
+    let mut plan = plan("nowhere", 3);
+    let folder = plan.before_trip.parent().unwrap().to_owned();
+    plan.before_trip = PathBuf::from("/dev/null/trip.csv");
+    let why = Writer::start(plan, source).err().unwrap();
+    assert!(matches!(why, RecordError::NotBegun(_)), "{why}");
+    assert!(!folder.exists(), "nothing was begun");
 }
 
 #[test]

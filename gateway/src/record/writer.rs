@@ -65,8 +65,12 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Open the files and start the thread; Err if a file cannot be created.
+    /// Open the files and start the thread; Err if a file cannot be created, that of a trip included.
     pub fn start(plan: Plan, source: Source) -> Result<Writer, RecordError> {
+        let trip = unused(&plan.before_trip);
+        let tried = create(&trip, &plan, None)
+            .and_then(|_| std::fs::remove_file(&trip).map_err(FileError::of(&trip)));
+        tried.map_err(RecordError::NotBegun)?;
         let file = match &plan.recording {
             Some(path) => Some(create(path, &plan, None).map_err(RecordError::NotBegun)?),
             None => None,

@@ -14,6 +14,15 @@ impl Safety {
         })
     }
 
+    /// A pose in which the motors hardly hold the platform.
+    pub(super) fn singular(&self, m: &Measured) -> Option<Trip> {
+        let (gain, most) = (m.gain?, self.rules.config.landing.platform_gain);
+        // also of what is no number
+        let regular = gain <= most;
+        let judged = self.rules.bounds.powered && !regular;
+        judged.then(|| Trip::of(Reason::Singular, None, gain, most, m.cycle))
+    }
+
     pub(super) fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
         let (low, high) = (self.rules.bounds.low[k], self.rules.bounds.high[k]);
         let limit = if m.theta[k] < low { low } else { high };

@@ -23,6 +23,8 @@ pub struct Measured<'a> {
     pub error_code: &'a [u16; AXES],
     /// Values of the signals in `config.pose`; empty outside the run.
     pub pose: &'a [f64],
+    /// Gain of the platform over that in the neutral pose, in the cycles in which it is known.
+    pub gain: Option<f64>,
     /// AL status, 0 where a device did not answer.
     pub al_state: &'a [u8; AXES],
     /// Mode of operation display, where the process data has it.

@@ -117,6 +117,7 @@ impl Safety {
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
             .or_else(|| self.pose(m))
+            .or_else(|| self.singular(m))
             .or(torques)
             .or_else(|| self.controller(m));
         self.remember(m);

@@ -58,8 +58,11 @@ pub enum InLanding {
 /// `kind`: the configured reaction to this reason; `blind`: axes that land without an encoder already.
 pub fn in_landing(trip: &Trip, kind: ReactionKind, blind: &[bool; AXES]) -> InLanding {
     match (trip.reason, trip.axis) {
-        // a fall is worse than a late cycle or a warm motor; where the drives do not bear it, they say so
-        (Reason::Overrun | Reason::Thermal, _) if kind.lands() => InLanding::GoOn,
+        // a fall is worse than a late cycle, a warm motor or a pose on the way that is near a singular one; where the
+        // drives do not bear it, they or the axes say so
+        (Reason::Overrun | Reason::Thermal | Reason::Singular, _) if kind.lands() => {
+            InLanding::GoOn
+        }
         (_, Some(axis)) if kind == ReactionKind::Damp && !blind.contains(&true) => {
             InLanding::Blind(axis)
         }

@@ -11,6 +11,8 @@ pub enum Failure {
     NoStop { axis: usize, within: f64 },
     /// Angles of the stop in two passes, and the largest difference [rad].
     NotRepeated { axis: usize, angles: [f64; 2], allowed: f64 },
+    /// It moves so far by itself that nothing can be told of a push [rad].
+    Swings { off: f64, allowed: f64 },
 }
 
 impl Display for Failure {
@@ -26,6 +28,10 @@ impl Display for Failure {
                 "axis {}: no end stop within {within} rad of the rest pose: raise homing.within_rad, or move \
                  by hand and use --at",
                 axis + 1
+            ),
+            Failure::Swings { off, allowed } => write!(
+                f,
+                "the machine still swings: {off:.5} rad without a push, allowed {allowed} rad: wait until it rests"
             ),
             Failure::NotRepeated { axis, angles: [first, second], allowed } => write!(
                 f,

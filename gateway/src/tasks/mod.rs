@@ -23,7 +23,7 @@ pub enum Task {
     Poses(Poses),
     Jog(Jog),
     Stops(Stops),
-    Nudges(Nudges),
+    Nudges(Box<Nudges>),
 }
 
 impl Task {

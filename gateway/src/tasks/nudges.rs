@@ -1,15 +1,18 @@
 //! Pushes each axis to and fro, without any feedback, and sees which way its encoder goes.
 
-use super::failure::Wrong;
+use super::failure::{Failure, Wrong};
 use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
 /// A push ends at this motion of an axis [rad], or after this time [s].
 const MOVED: f64 = 3e-3;
 const PUSH_S: f64 = 0.15;
-/// Time before each push, with two windows at its end in which the motion without it is seen [s].
-const WAIT_S: f64 = 0.3;
+/// Before each push the angles are seen at the ends of so many windows: of the last three follows what it does without
+/// a push, and of the first three whether that can be told. As long as it cannot, the machine still swings.
+const WINDOWS: usize = 6;
 const WINDOW_S: f64 = 0.05;
+/// Longest wait until it can be told [s].
+const PATIENCE_S: f64 = 120.0;
 /// Another axis that moves so many times as much is the one that was pushed.
 const EXCHANGED: f64 = 2.0;
 
@@ -35,17 +38,18 @@ impl Nudge {
 
 pub struct Nudges {
     torque: f64,
-    /// Lengths in cycles: wait before a push, the two windows at its end, longest push.
-    wait: u32,
+    /// Lengths in cycles: a window, the longest wait, the longest push.
     window: u32,
+    patience: u32,
     most: u32,
     axis: usize,
     /// Cycles of this axis so far: it waits, is pushed, stopped, pushed back and stopped.
     cycle: u32,
-    /// Length of a push in cycles, once it is known.
+    /// The cycle in which it was pushed, and the length of the push in cycles, once they are known.
+    began: Option<u32>,
     push: Option<u32>,
-    /// Angles two windows, one window and no time before the push [rad].
-    before: [Axes; 3],
+    /// Angles at the ends of the last windows, the newest last [rad].
+    before: [Axes; WINDOWS],
     pub done: [Nudge; AXES],
 }
 
@@ -54,13 +58,14 @@ impl Nudges {
         let cycles = |time: f64| (time / base_step).round() as u32;
         Nudges {
             torque,
-            wait: cycles(WAIT_S),
             window: cycles(WINDOW_S),
+            patience: cycles(PATIENCE_S),
             most: cycles(PUSH_S),
             axis: 0,
             cycle: 0,
+            began: None,
             push: None,
-            before: [[0.0; AXES]; 3],
+            before: [[0.0; AXES]; WINDOWS],
             done: [Nudge::default(); AXES],
         }
     }
@@ -76,14 +81,8 @@ impl Nudges {
             return Step::Stay;
         }
         let k = self.axis;
-        if self.cycle <= self.wait {
-            let left = self.wait - self.cycle;
-            if left.is_multiple_of(self.window) && left <= 2 * self.window {
-                self.before[2 - (left / self.window) as usize] = *seen.theta;
-            }
-            return if left == 0 { Step::Push(k, self.torque) } else { Step::Stay };
-        }
-        let since = self.cycle - self.wait;
+        let Some(began) = self.began else { return self.wait(seen.theta) };
+        let since = self.cycle - began;
         let enough = self.push.is_some() || self.note(seen.theta, since);
         if !enough && since < self.most {
             return Step::Stay;
@@ -95,23 +94,42 @@ impl Nudges {
             3 => Step::Push(k, self.torque),
             _ if k + 1 == AXES => Step::Over,
             _ => {
-                (self.axis, self.cycle, self.push) = (k + 1, 0, None);
+                (self.axis, self.cycle, self.began, self.push) = (k + 1, 0, None, None);
                 Step::Push(k, 0.0)
             }
         }
     }
 
-    /// Motion of an axis beyond the parabola through its angles before the push [rad].
-    fn beyond(&self, j: usize, theta: &Axes, since: u32) -> f64 {
-        let [a, b, c] = self.before.map(|theta| theta[j]);
-        let s = f64::from(since) / f64::from(self.window);
-        theta[j] - (c + s * (c - b) + 0.5 * s * (s + 1.0) * (c - 2.0 * b + a))
+    /// A cycle before the push, which begins when the motion without it can be told to half of what it must cause.
+    fn wait(&mut self, theta: &Axes) -> Step {
+        if !self.cycle.is_multiple_of(self.window) {
+            return Step::Stay;
+        }
+        self.before.rotate_left(1);
+        self.before[WINDOWS - 1] = *theta;
+        if self.cycle < WINDOWS as u32 * self.window {
+            return Step::Stay;
+        }
+        let off = |s: usize, j: usize| beyond(&self.before[..3], j, &self.before[2 + s], s as f64);
+        let most = (0..AXES).flat_map(|j| (1..=3).map(move |s| (s, j)));
+        let most = most.fold(0.0, |most: f64, (s, j)| most.max(off(s, j).abs()));
+        if most < MOVED / 2.0 {
+            self.began = Some(self.cycle);
+            return Step::Push(self.axis, self.torque);
+        }
+        let over = self.cycle >= self.patience;
+        if over {
+            Step::Fail(Failure::Swings { off: most, allowed: MOVED / 2.0 })
+        } else {
+            Step::Stay
+        }
     }
 
     /// Takes the motion of a push; whether it is enough.
     fn note(&mut self, theta: &Axes, since: u32) -> bool {
         let k = self.axis;
-        let moved = |j: usize| self.beyond(j, theta, since);
+        let s = f64::from(since) / f64::from(self.window);
+        let moved = |j: usize| beyond(&self.before[WINDOWS - 3..], j, theta, s);
         let most = (0..AXES).fold(k, |a, b| if moved(b).abs() > moved(a).abs() { b } else { a });
         let more = moved(most).abs() >= EXCHANGED * moved(k).abs().max(MOVED / EXCHANGED);
         let other = (most != k && more).then(|| (most, moved(most)));
@@ -120,6 +138,12 @@ impl Nudges {
         self.done[k] = nudge;
         enough
     }
+}
+
+/// Motion of an axis beyond the parabola through its angles at the ends of three windows, `s` windows later [rad].
+fn beyond(before: &[Axes], j: usize, theta: &Axes, s: f64) -> f64 {
+    let (a, b, c) = (before[0][j], before[1][j], before[2][j]);
+    theta[j] - (c + s * (c - b) + 0.5 * s * (s + 1.0) * (c - 2.0 * b + a))
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ use crate::AXES;
 /// Position and quaternion of the platform, as the FMU names them, without their rates' prefix.
 const POSITION: [&str; 3] = ["x_E.x", "x_E.y", "x_E.z"];
 const QUATERNION: [&str; 4] = ["lam_E[1]", "lam_E[2]", "lam_E[3]", "lam_E[4]"];
+/// Rate of the axis whose gain is computed [rad/s]: so slow that what it predicts of the next pose is right.
+const RATE: f64 = 1e-3;
 
 /// The component that the reference feeds with its angles and rates, and that has the platform's pose.
 pub struct Kinematics {
@@ -24,16 +26,27 @@ pub struct Kinematics {
     thetad: [usize; AXES],
     position: [usize; 3],
     quaternion: [usize; 4],
+    fault: usize,
     period: i64,
     now: i64,
     _folder: Arc<TempDir>,
 }
 
 /// How fast the platform moves while an axis turns: of its position [m/rad], of its orientation [rad/rad].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gain {
     pub position: f64,
     pub orientation: f64,
+}
+
+impl Gain {
+    /// The larger of both, one by one.
+    pub fn or_more(&self, other: &Gain) -> Gain {
+        Gain {
+            position: self.position.max(other.position),
+            orientation: self.orientation.max(other.orientation),
+        }
+    }
 }
 
 impl Kinematics {
@@ -65,6 +78,8 @@ impl Kinematics {
         for (slot, variable) in quaternion.iter_mut().zip(QUATERNION) {
             *slot = output(variable)?;
         }
+        let fault = layout.find(&name, "fault");
+        let fault = fault.ok_or_else(|| Error::new(format!("{name}: has no output fault")))?;
         let (theta, thetad, period) = (input("theta")?, input("thetad")?, component.period());
         let folder = system.folder();
         let kinematics = Kinematics {
@@ -75,6 +90,7 @@ impl Kinematics {
             thetad,
             position,
             quaternion,
+            fault,
             period,
             now: 0,
             _folder: folder,
@@ -84,19 +100,26 @@ impl Kinematics {
 
     /// The largest gain of an axis at these angles [rad]; None: the platform cannot reach them.
     pub fn gain(&mut self, theta: &[f64; AXES]) -> Result<Option<Gain>, Error> {
-        let mut most = Gain { position: 0.0, orientation: 0.0 };
+        let mut most = Gain::default();
         for axis in 0..AXES {
-            let mut thetad = [0.0; AXES];
-            thetad[axis] = 1.0;
-            self.tick(theta, &thetad)?;
-            if self.value("fault") != Some(0.0) {
-                return Ok(None);
-            }
-            // of a unit quaternion: the rate of the orientation is twice its own
-            most.position = most.position.max(self.size(&self.position));
-            most.orientation = most.orientation.max(2.0 * self.size(&self.quaternion));
+            let Some(gain) = self.gain_of(axis, theta)? else { return Ok(None) };
+            most = most.or_more(&gain);
         }
         Ok(Some(most))
+    }
+
+    /// The gain of one axis there; it allocates nothing.
+    pub fn gain_of(&mut self, axis: usize, theta: &[f64; AXES]) -> Result<Option<Gain>, Error> {
+        let mut thetad = [0.0; AXES];
+        thetad[axis] = RATE;
+        self.tick(theta, &thetad)?;
+        if self.inline.bus()[self.fault] != 0.0 {
+            return Ok(None);
+        }
+        // of a unit quaternion: the rate of the orientation is twice its own
+        let position = self.size(&self.position) / RATE;
+        let orientation = 2.0 * self.size(&self.quaternion) / RATE;
+        Ok(Some(Gain { position, orientation }))
     }
 
     /// An output of the component after the newest call.

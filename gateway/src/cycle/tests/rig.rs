@@ -129,7 +129,8 @@ pub fn run_with<L: Link>(
     let board = Board::new(columns.len());
     let options = RunOptions { cycles, dry_run: false, lockstep, reset_faults };
     let sinks = (sink, Preallocated::new(columns.len()));
-    let parts = (controller, signals, mechanics);
+    let workspace = Workspace::open(config, &system).unwrap();
+    let parts = (controller, signals, mechanics, workspace);
     let base_step = system.base_step();
     let task = (options, crate::tasks::Task::Control);
     let mut control = ControlLoop::new(config, task, bus, parts, sinks, (&board, base_step));

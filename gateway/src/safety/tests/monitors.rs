@@ -1,6 +1,6 @@
 //! Rules on the change of torques, on what the drives measure, and on what the feedback adds.
 
-use super::{Cycle, COMPLETE, TS};
+use super::{config, next_up, Cycle, COMPLETE, TS};
 use crate::config::{parse, PoseLimit, AXES};
 use crate::rules::{Reason, Trip};
 use crate::safety::{Bounds, Safety};
@@ -193,4 +193,21 @@ fn a_pose_trips_on_either_side_of_its_limits_and_only_in_a_run() {
     assert_eq!(judged([0.2499, 0.0]), Some((Reason::Pose, 0.2499, 0.25)));
     assert_eq!(judged([0.3, 0.1001]), Some((Reason::Pose, 0.1001, 0.1)));
     assert!(judged([0.3, f64::NAN]).is_some_and(|t| t.0 == Reason::Pose));
+}
+
+#[test]
+fn a_singular_pose_trips_above_its_gain_where_the_machine_has_power() {
+    let judged = |gain: Option<f64>, powered: bool| {
+        let mut safety = Safety::new(&config(), TS, COMPLETE, powered);
+        let trip = Cycle { gain, ..Cycle::rest() }.judged(&mut safety);
+        trip.map(|t| (t.reason, t.axis, t.value, t.limit))
+    };
+    assert_eq!(judged(None, true), None);
+    assert_eq!(judged(Some(2.0), true), None);
+    let above = next_up(2.0);
+    assert_eq!(judged(Some(above), true), Some((Reason::Singular, None, above, 2.0)));
+    for gain in [f64::INFINITY, f64::NAN] {
+        assert!(judged(Some(gain), true).is_some_and(|t| t.0 == Reason::Singular), "{gain}");
+    }
+    assert_eq!(judged(Some(f64::INFINITY), false), None, "moved by hand in a dry run");
 }
