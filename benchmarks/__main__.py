@@ -23,6 +23,7 @@ from benchmarks import (
     mechanism,
     plant,
     tables,
+    view,
     waits,
 )
 from benchmarks.blocks import operations
@@ -43,8 +44,9 @@ ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "loop": lambda machine, rounds: loop.loop_row(MACHINE_FILE, rounds),
     **{key: waits.row_of(key) for key in waits.COMMANDS},
     **{key: diagnosis.row_of(key) for key in diagnosis.CASES},
+    **view.ROWS,
 }
-LONG = ("run", "test", *diagnosis.CASES)
+LONG = ("run", "test", *diagnosis.CASES, *view.ROWS)
 """Benchmarks that take minutes: measured when they are named, or with `--long`."""
 MORE = ("growth", "profile")
 

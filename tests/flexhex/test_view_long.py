@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -93,25 +92,14 @@ def test_ghost_that_would_not_be_seen_is_not_drawn(shown: Browser) -> None:
 
 
 @pytest.mark.slow
-def test_ten_minutes_at_4_khz_open_within_three_seconds(browser: Browser, tmp_path: Path) -> None:
-    """The best of three, since others may use the computer, which has no graphics card."""
+def test_ten_minutes_at_4_khz_are_shown_without_a_complaint(
+    browser: Browser, tmp_path: Path
+) -> None:
+    """How fast is measured by `python -m benchmarks --only view`."""
     built = run_of(seconds=600.0)
-    noise = 1e-6 * np.random.default_rng(0).normal(size=built["feedback.e"].shape)
-    built["feedback.e"][:] += noise
     runs = named_runs([tmp_path / "run.h5"], [built])
     data = page_data(runs, load_machine(MACHINE_FILE), (0.0, 600.0))
-    page = write_view(tmp_path / "view.html", "ten minutes", data)
-    took = []
-    for _ in range(3):
-        browser.open("about:blank", wait=False)
-        began = time.monotonic()
-        browser.open(page)
-        took.append(time.monotonic() - began)
-    assert min(took) < 3.0, took
-    scrub = browser.run(
-        "Array.from({ length: 120 }, (_, k) => { const began = performance.now();"
-        " setTime(5 + 4.5 * k); place(); return performance.now() - began; })"
-    )
-    # of three the best here, too: an instant that others interrupt takes 40 ms, else 1 to 3
-    assert np.quantile(scrub, 1 / 3) < 5.0, "plots and bodies of one instant [ms]"
+    browser.open(write_view(tmp_path / "view.html", "ten minutes", data))
+    shown = browser.run("[5, 300, 599].map(t => { setTime(t); place(); return state.t; })")
+    assert shown == [5, 300, 599]
     assert browser.said == []
