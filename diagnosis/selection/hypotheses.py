@@ -10,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
     ColumnsByAxis,
     EffectHypothesis,
-    HeavierBody,
-    WrongFile,
 )
 from flexhex.diagnosis.selection.keep import Keep
 from flexhex.diagnosis.selection.moments import Moments
@@ -29,14 +26,13 @@ from flexhex.diagnosis.selection.orders import (
     fundamentals,
     promising_orders,
 )
+from flexhex.diagnosis.selection.others import others
 from flexhex.diagnosis.selection.products import ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
-MASSES = ("kg", "kg m", "kg m2")
-"""Units of what a body's mass scales."""
 ORDER = ["order"]
 """Shapes of an effect that is a harmonic of the angle."""
 
@@ -212,36 +208,8 @@ class Hypotheses:
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:
-        """Base parameters that have a tolerance, all of a body or of a group together, and the mass
-        of a body with its moments."""
-        single, bodies = list[ChangedParameter](), dict[str, list[int]]()
-        for place, known in enumerate(self.rows.model.known):
-            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
-                single.append(ChangedParameter(known.name, (place,), known.axis))
-                owner, dot, _ = known.name.rpartition(".")
-                if dot:
-                    bodies.setdefault(owner, []).append(place)
-                if known.group not in (known.name, owner):
-                    bodies.setdefault(known.group, []).append(place)
-        whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
-        return [*single, *whole, *self._heavier(bodies), *self._wrong_file(single)]
-
-    def _wrong_file(self, single: Sequence[ChangedParameter]) -> Iterator[WrongFile]:
-        """All of them, if a fit finds them off by more than is allowed for."""
-        model = self.rows.model
-        places = tuple(p for one in single for p in one.places if p < len(model.base.linear))
-        if len(places) > 1 and model.off > 1.0:
-            yield WrongFile("machine file", places, None, times=model.off**0.5)
-
-    def _heavier(self, bodies: Mapping[str, Sequence[int]]) -> Iterator[HeavierBody]:
-        """Masses and rotors, with the moments that go with them."""
-        known, scale = self.rows.model.known, self.rows.model.scale
-        rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and "." not in k.name}
-        for name, places in {**bodies, **rotors}.items():
-            heavy = [p for p in places if known[p].unit in MASSES and scale[p] > 0]
-            if any(known[p].positive for p in heavy):
-                direction = np.array([known[p].nominal / scale[p] for p in heavy])
-                yield HeavierBody(name, tuple(heavy), None, direction=direction)
+        """See `others`."""
+        return others(self.rows.model)
 
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
         """What an axis may have without a name."""
