@@ -19,6 +19,7 @@ MEND = "mend the log"
 UNCONFIRMED = "but one trajectory cannot show it: record another one"
 REFUTED = "but not on the held-out runs"
 TOO_LARGE = "but what they leave is too large to name them"
+UNSURE = "but these runs do not determine their sizes"
 """Why effects that explain a part of what repeats have no name."""
 WORSE = 1.02
 """Growth of a residual from which on it counts as worse."""

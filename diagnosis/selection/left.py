@@ -5,9 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,18 +35,34 @@ def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[flo
 
 
 def rest_of(moments: Moments) -> tuple[Rest, ...]:
-    """What passes have in common of each axis in the fit to all folds, and nothing explains: it
-    repeats, or comes again with the opposite sign, as an oscillation of its own may."""
-    rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
-    chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
-    rests = []
+    """What passes have in common of each axis in the fit to all folds, and nothing explains; of
+    passes that did not move alike what is more than the noise that they show."""
+    rows, q, rests = moments.rows, moments.fit(None).q, []
     for i in range(rows.n):
-        there = rows.moving[i]
-        left = rows.level(rows.y[i] - moments.torque(i, q)) * there
+        left = rows.level(rows.y[i] - moments.torque(i, q)) * rows.moving[i]
         white = rows.level(rows.white_y[i] - moments.white(i, q))
-        weight = float(there @ (pairs @ there)) or np.inf
-        size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
-        # whitened noise has a variance of one
-        squares = abs(float(white @ (pairs @ white)))
-        rests.append(Rest(float(size), squares / chance, squares / 2))
+        both = _in_common if rows.pairs.nnz else _beyond_noise
+        square, deviations, gain = both(rows, i, left, white)
+        rests.append(Rest(float(square**0.5 / rows.torque_rms[i]), deviations, gain))
     return tuple(rests)
+
+
+def _in_common(rows: Rows, axis: int, left: Array, white: Array) -> tuple[float, float, float]:
+    """Mean square [N2 m2], standard errors and gain of what repeats, or comes again with the
+    opposite sign, as an oscillation of its own may; left (R,) [N m], and whitened."""
+    there, pairs = rows.moving[axis], rows.pairs
+    weight = float(there @ (pairs @ there)) or np.inf
+    # whitened noise has a variance of one
+    squares = abs(float(white @ (pairs @ white)))
+    chance = float(np.sqrt(2.0 * (pairs.data**2).sum()))
+    return abs(float(left @ (pairs @ left))) / weight, squares / chance, squares / 2
+
+
+def _beyond_noise(rows: Rows, axis: int, left: Array, white: Array) -> tuple[float, float, float]:
+    """The same of what is more than the noise of passes; nothing where none was run twice."""
+    noise, count = rows.model.noise, float(rows.moving[axis].sum())
+    if not noise.repeats or not count:
+        return 0.0, 0.0, 0.0
+    square = max(float(left @ left) / count - float(noise.rms[axis]) ** 2, 0.0)
+    squares = max(float(white @ white) - count, 0.0)
+    return square, squares / float(np.sqrt(2.0 * count)), squares / 2

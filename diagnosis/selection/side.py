@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
@@ -16,6 +16,7 @@ from flexhex.diagnosis.result.verdict import (
     REFUTED,
     TOO_LARGE,
     UNCONFIRMED,
+    UNSURE,
     WORSE,
     Changed,
     Named,
@@ -82,6 +83,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     bodies = moved if kept or minor else []
     freed = freed if bodies else {}
     listed = [score for scores in selection.rounds for score in scores]
+    told_of, refused = kept, list[Accepted]()
     kept, fit = firm(bench, kept, criteria, freed, listed)
     poor = poor_axes(model, fit.residual)
     if poor:
@@ -94,6 +96,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         seen = Predicted(bench, others, criteria, freed)
         wrong = [a for a in there if seen.margin(a, [b for b in kept if b is not a]) <= 0]
         if wrong:
+            refused += wrong
             kept, fit = firm(bench, [a for a in kept if a not in wrong], criteria, freed, listed)
             names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
             notes.append(f"{names} would fit, but the held-out runs become worse")
@@ -110,6 +113,9 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     anew = {axis: remains[axis] for axis in bare if axis not in poor}
     rests = [r for r in rests if r.axis - 1 not in bare]
     rests += _rests(bench, selection, anew, kept, ([], ""), criteria)[1]
+    unsure = _without_gains(selection, told_of, [*kept, *refused], {*remains, *poor}, criteria)
+    rests += _rests(bench, selection, unsure, kept, (told_of, UNSURE), criteria)[1]
+    remains |= unsure
     notes += [rest.sentence() for rest in rests]
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
@@ -187,6 +193,25 @@ def _rests(
         names = ", ".join(dict.fromkeys(_placed(a.score) for a in lost))
         notes.insert(0, f"{names} would fit, {why}")
     return kept, rests, notes
+
+
+def _without_gains(
+    selection: Selection,
+    accepted: Sequence[Accepted],
+    settled: Sequence[Accepted],
+    said: Collection[int],
+    criteria: Criteria,
+) -> dict[int, Nameless]:
+    """What repeats on axes of which no effect that was accepted is determined beside the others, so
+    that none has a name; but for those of which that is settled otherwise, or said."""
+    done = {a.score.hypothesis.axis for a in settled}
+    axes = {axis for a in accepted if (axis := a.score.hypothesis.axis) is not None}
+    alone = {axis: selection.before[axis] for axis in axes - done - {*said}}
+    return {
+        axis: Nameless(rest.size, rest.size, gain=rest.gain)
+        for axis, rest in alone.items()
+        if rest.deviations > criteria.deviations and rest.size > criteria.smallest_rest
+    }
 
 
 def _placed(score: Score) -> str:
