@@ -92,8 +92,8 @@ def _fitted(
     evidence[there] = (falls[there] - size) / 2
     fits = [Tried(*of) for of in zip(evidence, gains, odd, strict=True)]
     for left, (_, right, own), fit, fall, good in zip(lefts, sums, fits, falls, there, strict=True):
-        # beyond what is left no fall is one: products between passes have lost their sign
-        fit.evidence[good & (fall > moments.most(left))] = -np.inf
+        # well beyond what is left no fall is one: products between passes have lost their sign
+        fit.evidence[good & (fall > (1 + INEXACT) * moments.most(left))] = -np.inf
         if effect.taken is not None and effect.axis is not None:
             lost = _let_through(moments, left, effect.axis, fit, own, right, fall)
             fit.evidence[good] -= lost[good]

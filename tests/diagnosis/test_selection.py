@@ -18,6 +18,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.result.verdict import UNCONFIRMED
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
 from flexhex.diagnosis.selection.found import found
@@ -241,4 +242,5 @@ def test_one_trajectory_names_nothing(tmp_path: Path) -> None:
     side = found(bench, (), lambda text: None).side
     assert not side.named
     assert side.remains == (0,)
-    assert any("cogging_harmonic on axis 1 would fit" in note for note in side.notes)
+    (rest,) = side.rests
+    assert (rest.fitted, rest.why) == (("cogging_harmonic",), UNCONFIRMED)
