@@ -11,11 +11,10 @@ import pytest
 
 from tests.gateway.bench import Bench, drive, never_enabled
 from tests.gateway.fault_table import Table
-from tests.gateway.test_calibrate import QUIET_S
 from tests.gateway.test_readback import RUN, SHORT, refusal
 from tests.gateway.test_refusals import REST_RAD, RESTS
 from tests.gateway.test_trust import head
-from tests.gateway.weight import free
+from tests.gateway.weight import QUIET_S, free
 
 COUNTS = (123_456_789, -2_000_000_000, 0, 2_147_483_647, -1, 50_000_000)
 OFFSETS = "".join(drive(k, f"offset = {counts}") for k, counts in enumerate(COUNTS))

@@ -10,9 +10,8 @@ import pytest
 
 from tests.gateway.bench import Bench, never_enabled
 from tests.gateway.fault_table import Table
-from tests.gateway.test_calibrate import QUIET_S
 from tests.gateway.test_homing import COUNTS, NAMED, OFFSETS
-from tests.gateway.weight import STROKE, Fallen, free
+from tests.gateway.weight import QUIET_S, STROKE, Fallen, free
 
 FAST = ("--set", "homing.speed_rad_per_s=0.3")
 HOME = ("home", "--stops", "--enable", "--lockstep")

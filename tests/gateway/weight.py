@@ -15,6 +15,8 @@ from tests.gateway.fault_table import Fall
 
 REST_S = 5.0
 """Time that the machine sinks before the first frame, and after the last."""
+QUIET_S = 60.0
+"""The model has hardly any damping: after this time it rests."""
 BRAKING = 1.8
 """Torque over speed of short-circuited windings [N m s/rad]: K_t^2 / R of 3 N m/A and 5 ohm."""
 STROKE, FASTEST = 0.5236, 1.0
