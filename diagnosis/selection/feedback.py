@@ -39,10 +39,9 @@ BANDS, WIDER = 6, 2**0.5
 
 
 def noisy(rows: Rows) -> bool:
-    """Whether noise of the angles is in the products, and how much nobody knows: nothing is run
-    twice. Where something is, what feedback answers to it is among the noise that passes show."""
+    """Whether noise of the angles is in the products: no two passes moved alike and there is some."""
     there = any(block.run.motion.noise is not None for block in rows.model.blocks)
-    return there and not rows.model.noise.repeats
+    return there and not rows.pairs.nnz
 
 
 def answers(moments: Moments, score: Score | None, criteria: Criteria) -> list[Term]:

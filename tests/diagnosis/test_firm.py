@@ -23,7 +23,8 @@ def test_effect_that_may_be_zero_beside_the_others_has_no_name(tmp_path: Path) -
     selection = chosen(tmp_path, lambda q, v, a: 0.05 * RMS * np.sin(29.0 * q))
     assert names(selection) == ["cogging_harmonic"]
     hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
-    scores = effect_scores(hypotheses.moments, hypotheses, (), USUAL, [0])
+    many = replace(USUAL, shortlist=20)
+    scores = effect_scores(hypotheses.moments, hypotheses, (), many, [0])
     others = [score for score in scores if score.size < USUAL.smallest_effect]
     assert others
     accepted = [*(Accepted(s, (), 2) for s in others), *selection.accepted]
