@@ -39,7 +39,7 @@ BANDS, WIDER = 6, 2**0.5
 
 
 def noisy(rows: Rows) -> bool:
-    """Whether noise of the angles is in the products: no two passes moved alike and there is some."""
+    """Whether noise of the angles is in the products: it is there, no two passes moved alike."""
     there = any(block.run.motion.noise is not None for block in rows.model.blocks)
     return there and not rows.pairs.nnz
 
