@@ -9,13 +9,14 @@ use std::sync::mpsc::{sync_channel, SyncSender};
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::exit::Exit;
+use crate::obstacle::Obstacle;
 use crate::option_error::OptionError;
 use crate::poses::{angles, within, PoseError};
 use crate::report::Reporter;
 use crate::run;
 use crate::session::PowerArgs;
 use crate::tasks::{self, Order, Task, ORDERS};
-use crate::workspace::{Obstacle, Workspace};
+use crate::workspace::Workspace;
 
 pub const EXAMPLES: &str = "\
 Examples:

@@ -7,7 +7,8 @@ use std::fmt::{self, Display, Formatter};
 use crate::config::{Config, AXES};
 use crate::exit::{Ends, Exit};
 use crate::tasks::{self, Task};
-use crate::workspace::{Obstacle, Workspace};
+use crate::obstacle::Obstacle;
+use crate::workspace::Workspace;
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -70,7 +71,8 @@ impl Display for PoseError {
                  position_max_rad)",
                 axis + 1
             ),
-            PoseError::Way(why) => why.fmt(f),
+            PoseError::Way(why @ Obstacle::Failed(_)) => why.fmt(f),
+            PoseError::Way(why) => write!(f, "on the way, {why}: take another way"),
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::live::Board;
 use crate::mismatch::Mismatch;
 use crate::option_error::OptionError;
 use crate::plan::plan;
+use crate::planned;
 use crate::realtime;
 use crate::record::{ring, Columns, Writer, Written};
 use crate::report::Reporter;
@@ -147,10 +148,16 @@ fn prepare_and_run(
     let controller = signals::open(&config, &system, lockstep, resume)?;
     let signals = Signals::find(&config, &controller)?;
     let mut mechanics = session::mechanics(&config, &system)?;
-    let workspace = Workspace::open(&config, &system).map_err(Mismatch::System)?;
+    let mut workspace = Workspace::open(&config, &system).map_err(Mismatch::System)?;
     // from here on a task may listen to the keyboard
     realtime::stop::listen();
     let task = make(&config, &system)?;
+    if let (Some(workspace), true) = (&mut workspace, judged(args, &task)) {
+        let cycles = run_options(args, lockstep, system.base_step()).cycles;
+        if !planned::judge(&config, &system, workspace, cycles)?? {
+            reporter.line("note", "the reference depends on the machine: its poses are judged in the run alone");
+        }
+    }
     if !task.is_homed() {
         // the line of the holding torque is through known poses
         mechanics.weight = [0.0; AXES];
@@ -206,6 +213,11 @@ fn prepare_and_run(
         learned::save(reporter, &out, recording, &config)?;
     }
     Ok((config, system, out))
+}
+
+/// Whether the motion is the controller's, with power: a capture has been run.
+fn judged(args: &Run, task: &Task) -> bool {
+    matches!(task, Task::Control) && args.options.enable && args.replay.is_none()
 }
 
 fn open_cable(args: &Run, config: &Config) -> Result<Cable, Refusal> {

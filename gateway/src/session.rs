@@ -170,7 +170,8 @@ pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, Mismatch
     Ok(Mechanics { gains, weight, torque: landing.torque, pace: pace(config, system) })
 }
 
-fn pace(config: &Config, system: &System) -> Pace {
+/// Pace of lift-off and landing.
+pub fn pace(config: &Config, system: &System) -> Pace {
     let l = &config.landing;
     Pace {
         speed: l.speed,

@@ -1,15 +1,19 @@
 //! Which poses the platform can take: reached, far from singular, within `[[pose]]`. A hexapod can leave its
 //! workspace with every axis inside its limits.
 
-use flexhex_system::{Error, Gain, Kinematics, System};
-use std::fmt::{self, Display, Formatter};
+use flexhex_system::{Dynamics, Error, Gain, Kinematics, Motion, System};
 
 use crate::config::{Config, Homed, PoseLimit, AXES};
+use crate::motion::{Pace, Path};
+use crate::obstacle::Obstacle;
+use crate::session;
 
 type Axes = [f64; AXES];
 
 /// Longest way between two poses that are judged [rad]: the gain hardly changes within it.
 const STEP: f64 = 5e-3;
+/// Parts of a brake at whose ends its torques are judged.
+const PARTS: u32 = 16;
 
 /// The platform's pose along the ways that are planned before the machine takes them.
 pub struct Workspace {
@@ -23,15 +27,12 @@ pub struct Workspace {
     at: Axes,
     /// Where a landing leads from every pose, if that is known.
     rest: Option<Axes>,
-}
-
-/// Why a way is not taken, and where on it [rad].
-#[derive(Clone, Debug, PartialEq)]
-pub enum Obstacle {
-    Unreachable(Axes),
-    Singular { at: Axes, gain: f64, most: f64 },
-    Limit { at: Axes, limit: PoseLimit, value: f64 },
-    Failed(Error),
+    /// None: the system has no model that the reference alone feeds.
+    dynamics: Option<Dynamics>,
+    pace: Pace,
+    /// Largest torque of a landing [N m], and the limits of the angles [rad].
+    torque: f64,
+    within: [(f64, f64); AXES],
 }
 
 impl Workspace {
@@ -62,6 +63,13 @@ impl Workspace {
             watched: (0, Gain::default()),
             at,
             rest,
+            dynamics: Dynamics::of(system, &config.system.reference, &config.system.feedforward)?,
+            pace: session::pace(config, system),
+            torque: config.landing.torque,
+            within: std::array::from_fn(|k| {
+                let limits = config.limits(k);
+                (limits.position_min, limits.position_max)
+            }),
         }))
     }
 
@@ -89,6 +97,37 @@ impl Workspace {
         whole.then(|| over(&gain, &self.neutral))
     }
 
+    /// The torques [N m] that a motion takes, by the model; None: there is no model, or the platform cannot be there.
+    pub fn torques(&mut self, motion: &Motion) -> Option<Axes> {
+        let torques = self.dynamics.as_mut()?.torque(motion).ok()??;
+        torques.iter().all(|torque| torque.is_finite()).then_some(torques)
+    }
+
+    /// The pose and the stop that may begin there: the pose in which it ends, and the torques that it takes.
+    pub fn stops_from(&mut self, motion: &Motion) -> Result<(), Obstacle> {
+        self.judge(&motion.theta)?;
+        let path = Path::new(motion.theta, motion.thetad, motion.theta, self.pace);
+        let stop = path.stop();
+        for (axis, (angle, (low, high))) in stop.iter().zip(self.within).enumerate() {
+            if !(low..=high).contains(angle) {
+                return Err(Obstacle::Position { axis, angle: *angle, low, high });
+            }
+        }
+        self.gain(&stop)?;
+        for part in 0..PARTS {
+            let braking = path.motion(path.braking() * part / PARTS);
+            let Some(torques) = self.torques(&braking) else { continue };
+            let worst = (0..AXES).fold(0, |worst, k| {
+                if torques[k].abs() > torques[worst].abs() { k } else { worst }
+            });
+            let (needed, most) = (torques[worst].abs(), self.torque);
+            if needed > most {
+                return Err(Obstacle::Torque { at: braking.theta, axis: worst, needed, most });
+            }
+        }
+        Ok(())
+    }
+
     fn way(&mut self, from: &Axes, to: &Axes) -> Result<(), Obstacle> {
         let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - from[k]).abs()));
         let steps = (far / STEP).ceil().max(1.0) as u32;
@@ -100,14 +139,7 @@ impl Workspace {
     }
 
     fn judge(&mut self, at: &Axes) -> Result<(), Obstacle> {
-        let gain = self.kinematics.gain(at).map_err(Obstacle::Failed)?;
-        let gain = gain.ok_or(Obstacle::Unreachable(*at))?;
-        let (there, most) = (over(&gain, &self.neutral), self.most);
-        // also of what is no number
-        let regular = there <= most;
-        if !regular {
-            return Err(Obstacle::Singular { at: *at, gain: there, most });
-        }
+        self.gain(at)?;
         for limit in &self.limits {
             let value = self.kinematics.value(&limit.signal).unwrap_or(f64::NAN);
             if !limit.allows(value) {
@@ -116,32 +148,21 @@ impl Workspace {
         }
         Ok(())
     }
+
+    fn gain(&mut self, at: &Axes) -> Result<(), Obstacle> {
+        let gain = self.kinematics.gain(at).map_err(Obstacle::Failed)?;
+        let gain = gain.ok_or(Obstacle::Unreachable(*at))?;
+        let (there, most) = (over(&gain, &self.neutral), self.most);
+        // also of what is no number
+        let regular = there <= most;
+        if !regular {
+            return Err(Obstacle::Singular { at: *at, gain: there, most });
+        }
+        Ok(())
+    }
 }
 
 /// The larger of both ratios.
 fn over(gain: &Gain, neutral: &Gain) -> f64 {
     (gain.position / neutral.position).max(gain.orientation / neutral.orientation)
-}
-
-impl Display for Obstacle {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        match self {
-            Obstacle::Unreachable(at) => write!(
-                f,
-                "the platform cannot reach {at:.3?} rad, which is on the way: take another way"
-            ),
-            Obstacle::Singular { at, gain, most } => write!(
-                f,
-                "at {at:.3?} rad, which is on the way, an axis moves the platform {gain:.1} times as far as in \
-                 the neutral pose, allowed {most} (landing.platform_gain): a singular pose is near: take \
-                 another way"
-            ),
-            Obstacle::Limit { at, limit: PoseLimit { signal, min, max }, value } => write!(
-                f,
-                "at {at:.3?} rad, which is on the way, {signal} = {value:.4}, allowed {min} to {max} ([[pose]]): \
-                 take another way"
-            ),
-            Obstacle::Failed(why) => why.fmt(f),
-        }
-    }
 }

@@ -2,6 +2,7 @@
 
 mod arming;
 mod ending;
+mod given;
 mod guiding;
 mod inputs;
 mod moving;
@@ -22,6 +23,8 @@ use std::time::Duration;
 pub use outcome::{Ending, Outcome};
 pub use signals::Signals;
 pub use timing::{Clock, Histogram};
+
+use given::Given;
 
 use crate::bus::Bus;
 use crate::config::{Config, AXES};
@@ -101,8 +104,7 @@ pub struct ControlLoop<'a, L: Link> {
     workspace: Option<Workspace>,
     /// Where the machine rested before it was enabled [rad].
     rest: [f64; AXES],
-    /// Mean of the measured torques over the time of braking [N m]: what the machine needs where it is.
-    given: [f64; AXES],
+    given: Given,
     task: Task,
     /// Encoders that are not homed show 0 where the machine rests.
     zeroed: bool,
@@ -143,7 +145,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             mechanics,
             workspace: workspace.filter(|_| task.is_homed()),
             rest: [0.0; AXES],
-            given: [0.0; AXES],
+            given: Given::default(),
             zeroed: task.is_homed(),
             task,
             moved: 0,

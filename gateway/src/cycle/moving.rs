@@ -1,6 +1,9 @@
 //! Lift-off and landing: cycles in which the gateway moves the machine without the FMUs, and what ends
 //! them.
 
+use flexhex_system::Motion;
+
+use super::given::Given;
 use super::{ControlLoop, Ending, Phase};
 use crate::bus::cia402;
 use crate::bus::Reply;
@@ -19,6 +22,7 @@ impl<L: Link> ControlLoop<'_, L> {
     /// All drives are enabled: lift off to where the reference starts. True where it is there already.
     pub(super) fn lift_off(&mut self, theta: &[f64; AXES]) -> bool {
         self.rest = *theta;
+        self.given = Given::at(theta);
         let first = self.task.begin(theta);
         let start = self.pick(self.signals.r);
         if first.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
@@ -44,7 +48,10 @@ impl<L: Link> ControlLoop<'_, L> {
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
-        mover.begin_with(&self.given);
+        mover.model = self.modelled(&mover.motion());
+        let expected = self.given.motion(&theta, &rate, self.mechanics.pace.brake);
+        let expected = mover.model.and_then(|_| self.modelled(&expected));
+        mover.begin_with(&self.given.tau, &expected.unwrap_or_else(|| mover.holding()));
         // without a fault the sums of the errors still hold: no step of the torque
         if let (Phase::Lifting(before), Ending::Done | Ending::StopRequested) =
             (&self.phase, &self.out.ending)
@@ -77,8 +84,12 @@ impl<L: Link> ControlLoop<'_, L> {
         let complete = reply.answered && reply.working_counter == self.bus.complete();
         let values = self.inputs.of(&Reply { answered: complete, ..*reply }, skipped);
         self.previous = values;
+        if mover.model.is_some() {
+            // what was known last is better than nothing
+            mover.model = self.modelled(&mover.motion()).or(mover.model);
+        }
         mover.step(&values.theta, skipped);
-        self.note_given(&values.tau);
+        self.given.note(&values, self.mechanics.pace);
         self.moved += 1;
         self.out.lifted += u64::from(lifting);
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
@@ -126,12 +137,9 @@ impl<L: Link> ControlLoop<'_, L> {
         }
     }
 
-    /// Measured torques of a cycle [N m].
-    pub(super) fn note_given(&mut self, tau: &[f64; AXES]) {
-        let share = (self.mechanics.pace.base_step / self.mechanics.pace.brake).min(1.0);
-        for (given, tau) in self.given.iter_mut().zip(tau) {
-            *given += share * (tau - *given);
-        }
+    /// The torques of a motion by the model, where there is one.
+    fn modelled(&mut self, motion: &Motion) -> Option<[f64; AXES]> {
+        self.workspace.as_mut()?.torques(motion)
     }
 
     /// A rule is violated during a landing: the first is told.

@@ -6,6 +6,7 @@ use super::inputs::{between, Values};
 use super::{signals, ControlLoop, Ending, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
+use crate::motion::Path;
 use crate::realtime::{now_ns, stop};
 use crate::rules::Reason;
 use crate::safety::Measured;
@@ -32,7 +33,7 @@ impl<L: Link> ControlLoop<'_, L> {
         }
         let gain = self.platform_gain(&values.theta, reply.answered);
         self.previous = values;
-        self.note_given(&values.tau);
+        self.given.note(&values, self.mechanics.pace);
         let compute = caught_up + now_ns() - begin;
         self.out.timing.compute.add(compute);
         let controller = match &failure {
@@ -92,14 +93,15 @@ impl<L: Link> ControlLoop<'_, L> {
         Ok(())
     }
 
-    /// How near to a singular pose the platform comes if it stops now; None in cycles in which that is not known. Its
-    /// way is twice the planned one, as the feedback of a landing overshoots by as much. In a landing: where it is.
+    /// How near to a singular pose the platform comes if it stops now; None in cycles in which that is not known. In a
+    /// landing: where it is.
     pub(super) fn platform_gain(&mut self, theta: &[f64; AXES], measured: bool) -> Option<f64> {
         let workspace = self.workspace.as_mut().filter(|_| measured)?;
-        let landing = matches!(self.phase, Phase::Landing(_));
-        let time = if landing { 0.0 } else { self.mechanics.pace.brake };
+        if matches!(self.phase, Phase::Landing(_)) {
+            return workspace.watch(theta);
+        }
         let rates = self.safety.history().rates();
-        workspace.watch(&std::array::from_fn(|k| theta[k] + rates[k] * time))
+        workspace.watch(&Path::new(*theta, rates, *theta, self.mechanics.pace).stop())
     }
 
     /// The first fault output whose value is not listed in `safety.non_trip_faults`.

@@ -5,6 +5,8 @@ mod path;
 #[cfg(test)]
 mod tests;
 
+use flexhex_system::Motion;
+
 use crate::config::AXES;
 pub use path::{Pace, Path};
 
@@ -53,6 +55,8 @@ pub struct Mover {
     /// Axes without a trusted encoder: they get the holding torque of the path, and the push, alone.
     pub blind: [bool; AXES],
     pub push: Axes,
+    /// Torques of the motion by a model of the machine [N m]. None: the line through two known poses alone.
+    pub model: Option<Axes>,
     /// Largest torque of each axis [N m].
     pub most: Axes,
     cycle: u32,
@@ -75,6 +79,7 @@ impl Mover {
             rest,
             blind,
             push: [0.0; AXES],
+            model: None,
             most: [mechanics.torque; AXES],
             cycle: 0,
             e_last: None,
@@ -86,13 +91,24 @@ impl Mover {
         }
     }
 
-    /// Begins with these torques [N m] where the errors are zero, as far as it may.
-    pub fn begin_with(&mut self, tau: &Axes) {
-        let (hold, g) = (self.mechanics.holding(&self.r, &self.rest), self.mechanics.gains);
+    /// Begins with torques [N m] where the errors are zero, as far as it may: by what was `given` beyond what was
+    /// `expected`.
+    pub fn begin_with(&mut self, given: &Axes, expected: &Axes) {
+        let g = self.mechanics.gains;
         for k in 0..AXES {
-            let wanted = tau[k].clamp(-self.most[k], self.most[k]);
-            self.e_sum[k] = (wanted - hold[k]) * g.t_i / g.kp[k];
+            let more = (given[k] - expected[k]).clamp(-self.most[k], self.most[k]);
+            self.e_sum[k] = more * g.t_i / g.kp[k];
         }
+    }
+
+    /// Torques without any error of the angles [N m].
+    pub fn holding(&self) -> Axes {
+        self.model.unwrap_or_else(|| self.mechanics.holding(&self.r, &self.rest))
+    }
+
+    /// The motion of the next cycle, in which its torques act.
+    pub fn motion(&self) -> Motion {
+        self.path.motion(self.cycle)
     }
 
     /// Goes on along another path: nothing that was learned is lost, and where it begins elsewhere, that is no
@@ -117,7 +133,7 @@ impl Mover {
     /// meanwhile is no rate.
     pub fn step(&mut self, theta: &Axes, skipped: u64) {
         self.r = self.path.at(self.cycle);
-        let hold = self.mechanics.holding(&self.r, &self.rest);
+        let hold = self.holding();
         let e: Axes =
             std::array::from_fn(|k| if self.blind[k] { 0.0 } else { self.r[k] - theta[k] });
         let last = self.e_last.filter(|_| skipped == 0).unwrap_or(e);

@@ -1,5 +1,7 @@
 //! A planned motion of all axes: brake, pause, move to a pose, wait there.
 
+use flexhex_system::Motion;
+
 use crate::config::AXES;
 
 type Angles = [f64; AXES];
@@ -56,6 +58,22 @@ impl Path {
     pub fn stop(&self) -> Angles {
         let time = f64::from(self.brake) * self.base_step;
         std::array::from_fn(|k| self.from[k] + self.rate[k] * time / 2.0)
+    }
+
+    /// Cycles until it stands there.
+    pub fn braking(&self) -> u32 {
+        self.brake
+    }
+
+    /// Angles, rates and accelerations of the cycle after k, by differences.
+    pub fn motion(&self, k: u32) -> Motion {
+        let (before, theta, after) = (self.at(k), self.at(k + 1), self.at(k + 2));
+        let h = self.base_step;
+        Motion {
+            theta,
+            thetad: std::array::from_fn(|k| (after[k] - before[k]) / (2.0 * h)),
+            thetadd: std::array::from_fn(|k| (after[k] - 2.0 * theta[k] + before[k]) / (h * h)),
+        }
     }
 
     pub fn end(&self) -> Angles {

@@ -153,7 +153,7 @@ fn a_landing_begins_with_the_torque_that_it_is_given_within_its_limit() {
     let mut mover =
         Mover::new(mechanics(), Path::new(from, [0.0; AXES], REST, pace()), REST, [false; AXES]);
     let given = [-2.0, 0.0, 1.2, 3.0, 5.9, 16.0];
-    mover.begin_with(&given);
+    mover.begin_with(&given, &mover.holding());
     mover.step(&from, 0);
     for (tau, given) in mover.tau.iter().zip(given) {
         assert!((tau - given.clamp(-6.0, 6.0)).abs() < 1e-12, "{tau} {given}");

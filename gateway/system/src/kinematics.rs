@@ -56,17 +56,6 @@ impl Kinematics {
         let layout = Layout::new(system, &[component]);
         let inline = Inline::open(system, &[component], &layout)?;
         let name = component.name().to_owned();
-        let input = |variable: &str| {
-            let mut slots = [0; AXES];
-            for (axis, slot) in slots.iter_mut().enumerate() {
-                let input = format!("{variable}[{}]", axis + 1);
-                let wire = system.wires().iter().find(|w| w.target == name && w.input == input);
-                let found = wire.and_then(|w| layout.find(&w.source, &w.output));
-                *slot =
-                    found.ok_or_else(|| Error::new(format!("{name}.{input}: not connected")))?;
-            }
-            Ok::<_, Error>(slots)
-        };
         let output = |variable: &str| {
             let slot = layout.find(&name, &format!("xd.{variable}"));
             slot.ok_or_else(|| Error::new(format!("{name}: has no output xd.{variable}")))
@@ -80,6 +69,7 @@ impl Kinematics {
         }
         let fault = layout.find(&name, "fault");
         let fault = fault.ok_or_else(|| Error::new(format!("{name}: has no output fault")))?;
+        let input = |variable| wired(system, &layout, &name, variable);
         let (theta, thetad, period) = (input("theta")?, input("thetad")?, component.period());
         let folder = system.folder();
         let kinematics = Kinematics {
@@ -147,7 +137,8 @@ impl Kinematics {
     }
 }
 
-fn fed<'a>(system: &'a System, reference: &str) -> Option<&'a Component> {
+/// The component that the reference feeds, and that has the platform's pose.
+pub(crate) fn fed<'a>(system: &'a System, reference: &str) -> Option<&'a Component> {
     let first = format!("{reference}[1]");
     let fed = system
         .wires()
@@ -155,4 +146,21 @@ fn fed<'a>(system: &'a System, reference: &str) -> Option<&'a Component> {
         .filter(|w| format!("{}.{}", w.source, w.output) == first && w.input == "theta[1]");
     fed.filter_map(|w| system.component(&w.target))
         .find(|c| c.variable(&format!("x.{}", POSITION[0])).is_some())
+}
+
+/// Slots of what feeds an input of all axes.
+pub(crate) fn wired(
+    system: &System,
+    layout: &Layout,
+    name: &str,
+    variable: &str,
+) -> Result<[usize; AXES], Error> {
+    let mut slots = [0; AXES];
+    for (axis, slot) in slots.iter_mut().enumerate() {
+        let input = format!("{variable}[{}]", axis + 1);
+        let wire = system.wires().iter().find(|w| w.target == name && w.input == input);
+        let found = wire.and_then(|w| layout.find(&w.source, &w.output));
+        *slot = found.ok_or_else(|| Error::new(format!("{name}.{input}: not connected")))?;
+    }
+    Ok(slots)
 }

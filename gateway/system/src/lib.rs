@@ -6,6 +6,7 @@ mod archive;
 mod component;
 mod controller;
 mod drives;
+mod dynamics;
 mod error;
 mod executor;
 mod ffi;
@@ -15,6 +16,7 @@ mod inline;
 mod kinematics;
 mod layout;
 mod options;
+mod planned;
 mod plant;
 mod snapshot;
 mod ssd;
@@ -33,11 +35,13 @@ pub const AXES: usize = 6;
 
 pub use component::Component;
 pub use controller::Controller;
+pub use dynamics::{Dynamics, Motion};
 pub use error::Error;
 pub use guard::Bounds;
 pub use inline::Watch;
 pub use kinematics::{Gain, Kinematics};
 pub use options::{Late, Options};
+pub use planned::Planned;
 pub use plant::Plant;
 pub use state::State;
 pub use system::System;
@@ -57,5 +61,6 @@ mod tests {
         may_move::<Controller>();
         may_move::<Plant>();
         may_move::<Kinematics>();
+        may_move::<Dynamics>();
     }
 }

@@ -1,0 +1,72 @@
+//! The motion of a run, judged before power: its poses, and every stop that may begin on the way.
+
+use flexhex_system::{Planned, System};
+use std::fmt::{self, Display, Formatter};
+
+use crate::config::Config;
+use crate::exit::{Ends, Exit};
+use crate::mismatch::Mismatch;
+use crate::obstacle::Obstacle;
+use crate::workspace::Workspace;
+
+/// Stops that are judged begin as often in the time of a brake: what they take hardly changes between two of them.
+const PER_BRAKE: f64 = 8.0;
+
+/// A run that is not begun: when [s] the motion meets what.
+#[derive(Debug)]
+pub struct Unfit {
+    time: f64,
+    obstacle: Obstacle,
+}
+
+/// Err with the first pose or stop that the machine cannot take. Ok(false): the motion is not known before.
+pub fn judge(
+    config: &Config,
+    system: &System,
+    workspace: &mut Workspace,
+    cycles: i64,
+) -> Result<Result<bool, Unfit>, Mismatch> {
+    let reference = &config.system.reference;
+    let planned = Planned::of(system, &config.system.host, reference);
+    let Some(mut planned) = planned.map_err(Mismatch::System)? else { return Ok(Ok(false)) };
+    let brake = f64::from(config.landing.brake_ms) * 1e-3;
+    let every = ((brake / PER_BRAKE / system.base_step()) as i64).max(1);
+    let mut last = None;
+    for cycle in 0..cycles {
+        let motion = planned.motion();
+        // a reference that holds is judged once
+        if cycle % every == 0 && last != Some(motion) {
+            if let Err(obstacle) = workspace.stops_from(&motion) {
+                let time = cycle as f64 * system.base_step();
+                return Ok(Err(Unfit { time, obstacle }));
+            }
+            last = Some(motion);
+        }
+        planned.step().map_err(Mismatch::System)?;
+    }
+    Ok(Ok(true))
+}
+
+impl Display for Unfit {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let Unfit { time, obstacle } = self;
+        write!(f, "the motion of the run, {time:.3} s after its begin: ")?;
+        match obstacle {
+            Obstacle::Singular { .. } | Obstacle::Position { .. } => {
+                write!(f, "if it is stopped then: {obstacle}: make the motion slower or smaller there")
+            }
+            Obstacle::Torque { .. } => write!(
+                f,
+                "if it is stopped then: {obstacle}: make the motion slower there, or raise landing.brake_ms or \
+                 landing.torque_N_m"
+            ),
+            _ => write!(f, "{obstacle}: correct the motion"),
+        }
+    }
+}
+
+impl Ends for Unfit {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
+    }
+}
