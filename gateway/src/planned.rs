@@ -7,6 +7,7 @@ use crate::config::Config;
 use crate::exit::{Ends, Exit};
 use crate::mismatch::Mismatch;
 use crate::obstacle::Obstacle;
+use crate::realtime::stop;
 use crate::workspace::Workspace;
 
 /// Stops that are judged begin as often in the time of a brake: what they take hardly changes between two of them.
@@ -23,16 +24,20 @@ pub struct Unfit {
 pub fn judge(
     config: &Config,
     system: &System,
-    workspace: &mut Workspace,
     cycles: i64,
 ) -> Result<Result<bool, Unfit>, Mismatch> {
-    let reference = &config.system.reference;
-    let planned = Planned::of(system, &config.system.host, reference);
+    let Some(mut workspace) = Workspace::open(config, system).map_err(Mismatch::System)? else {
+        return Ok(Ok(false));
+    };
+    let planned = Planned::of(system, &config.system.host, &config.system.reference);
     let Some(mut planned) = planned.map_err(Mismatch::System)? else { return Ok(Ok(false)) };
     let brake = f64::from(config.landing.brake_ms) * 1e-3;
     let every = ((brake / PER_BRAKE / system.base_step()) as i64).max(1);
     let mut last = None;
     for cycle in 0..cycles {
+        if stop::requested() {
+            break;
+        }
         let motion = planned.motion();
         // a reference that holds is judged once
         if cycle % every == 0 && last != Some(motion) {

@@ -148,14 +148,15 @@ fn prepare_and_run(
     let controller = signals::open(&config, &system, lockstep, resume)?;
     let signals = Signals::find(&config, &controller)?;
     let mut mechanics = session::mechanics(&config, &system)?;
-    let mut workspace = Workspace::open(&config, &system).map_err(Mismatch::System)?;
+    let workspace = Workspace::open(&config, &system).map_err(Mismatch::System)?;
     // from here on a task may listen to the keyboard
     realtime::stop::listen();
     let task = make(&config, &system)?;
-    if let (Some(workspace), true) = (&mut workspace, judged(args, &task)) {
+    if judged(args, &task) {
         let cycles = run_options(args, lockstep, system.base_step()).cycles;
-        if !planned::judge(&config, &system, workspace, cycles)?? {
-            reporter.line("note", "the reference depends on the machine: its poses are judged in the run alone");
+        if !planned::judge(&config, &system, cycles)?? {
+            let text = "no component shows the motion before: its poses are judged in the run alone";
+            reporter.line("note", text);
         }
     }
     if !task.is_homed() {

@@ -9,14 +9,13 @@ import pytest
 
 from flexhex.ssp.read import read_ssp
 from tests.gateway.bench import Bench, Rows
+from tests.gateway.landing_twin import BRAKE, MOST, PAUSE, SPEED, Braked, Model, smooth
 from tests.gateway.replay import replayed
 from tests.gateway.slave import Slave
 from tests.gateway.test_lockstep import STEPS, same
 from tests.gateway.weight import REST_S, TS, Fallen, free
 
 SECONDS = 3.0
-SPEED, BRAKE, PAUSE, MOST = 0.25, 0.1, 0.3, 6.0
-"""[landing] of the template: rad/s, s, s, N m."""
 
 
 @pytest.fixture(scope="module")
@@ -89,30 +88,26 @@ class Pid:
         self.weight = np.array([float(named[f"tau_ff[{k}]"]) for k in range(1, 7)])
         self.rest, self.sum, self.rate, self.last = rest, np.zeros(6), np.zeros(6), None
 
-    def begin_with(self, tau: Rows, r: Rows) -> None:
-        """The first torque, where the errors are zero."""
-        self.sum = (tau - self.holding(r)) * self.t_i / self.kp
+    def begin_with(self, more: Rows) -> None:
+        """The first torque beyond what holds, where the errors are zero."""
+        self.sum = more * self.t_i / self.kp
 
     def holding(self, r: Rows) -> Rows:
         """The line of the weight."""
         return np.asarray(self.weight * np.clip(1.0 - r / self.rest, 0.0, 2.0))
 
-    def torque(self, r: Rows, theta: Rows) -> Rows:
-        """Torque of the next frame, in whole steps of the drive."""
+    def torque(self, r: Rows, theta: Rows, model: Rows | None = None) -> Rows:
+        """Torque of the next frame, in whole steps of the drive; model: in the line's place."""
         e = r - theta
         last = e if self.last is None else self.last
         self.sum = self.sum + TS / 2.0 * (last + e)
         slope, lag = 2.0 * self.t_f - TS, 2.0 * self.t_f + TS
         self.rate = (slope * self.rate + 2.0 * (e - last)) / lag
         self.last = e
-        tau = self.holding(r) + self.kp * (e + self.sum / self.t_i + self.t_d * self.rate)
+        hold = self.holding(r) if model is None else model
+        tau = hold + self.kp * (e + self.sum / self.t_i + self.t_d * self.rate)
         assert np.abs(tau).max() < MOST
         return np.round(tau / STEPS["akd"]) * STEPS["akd"]
-
-
-def smooth(s: float) -> float:
-    """The fifth-order polynomial with rate and acceleration 0 at both ends."""
-    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
 
 
 def test_lift_off_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp: Path) -> None:
@@ -129,32 +124,32 @@ def test_lift_off_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp
     assert same(fallen.tau[1:cycles] + 0.0, np.array(wanted[:-1]) + 0.0)
 
 
-def test_landing_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp: Path) -> None:
+def test_landing_is_the_planned_one_to_the_last_bit(
+    fallen: Fallen, hexapod_ssp: Path, fmu_dir: Path, tmp_path: Path
+) -> None:
+    """The torques of the planned motion by FMPy, and a PID anew."""
     theta, rest = fallen.theta, fallen.theta[0]
     running = fallen.ran.table["phase"] == 1
     travel = int(np.ceil(1.875 * np.abs(rest).max() / SPEED / TS))
     end = travel + round(PAUSE / TS) + int(np.count_nonzero(running)) - 1
-    start, brake, pause = theta[end], round(BRAKE / TS), round(PAUSE / TS)
-    rate = (theta[end] - theta[end - 8]) / (8.0 * TS)
-    stop = start + rate * (brake * TS) / 2.0
-    travel = int(np.ceil(1.875 * np.abs(rest - stop).max() / SPEED / TS))
-    pid, wanted = Pid(hexapod_ssp, rest), []
-    # what the drives gave on average in the time of braking
-    given = np.zeros(6)
+    path = Braked(theta[end], (theta[end] - theta[end - 8]) / (8.0 * TS), rest)
+    pid, model = Pid(hexapod_ssp, rest), Model(fmu_dir, tmp_path)
+    # what the drives gave on average in the time of braking, and where
+    given, mean = np.zeros(6), theta[0].copy()
+    for k in range(end + 1):
+        mean += TS / BRAKE * (theta[k] - mean)
     for tau in fallen.ran.table["tau_meas"][fallen.ran.table["phase"] != 4][: end + 1]:
         given = given + TS / BRAKE * (tau - given)
-    pid.begin_with(given, start)
-    cycles = brake + pause + travel + pause
-    for k in range(cycles):
-        if k < brake:
-            s = k / brake
-            r = start + rate * (brake * TS) * (s - s * s * s + s * s * s * s / 2.0)
-        elif (moved := max(k - brake - pause, 0)) < travel:
-            r = stop + (rest - stop) * smooth(moved / travel)
-        else:
-            r = rest
-        wanted.append(pid.torque(r, theta[end + k]))
-    assert same(fallen.tau[end + 1 : end + cycles] + 0.0, np.array(wanted[:-1]) + 0.0)
+    rate = (path.start - mean) / BRAKE
+    rates = rate, (path.rate - rate) / BRAKE
+    model.torque(2.0 * mean - path.start, *rates)
+    pid.begin_with(given - model.torque(mean, *rates))
+    wanted = []
+    model.torque(*path.motion(0))
+    for k in range(path.cycles):
+        expected = model.torque(*path.motion(k)) if k else model.tau
+        wanted.append(pid.torque(path.at(k), theta[end + k], expected))
+    assert same(fallen.tau[end + 1 : end + path.cycles] + 0.0, np.array(wanted[:-1]) + 0.0)
 
 
 CONTROLLED = {

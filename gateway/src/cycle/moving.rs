@@ -48,9 +48,8 @@ impl<L: Link> ControlLoop<'_, L> {
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
-        mover.model = self.modelled(&mover.motion());
-        let expected = self.given.motion(&theta, &rate, self.mechanics.pace.brake);
-        let expected = mover.model.and_then(|_| self.modelled(&expected));
+        let expected = self.expected(&theta, &rate);
+        mover.model = self.modelled(&mover.motion()).filter(|_| expected.is_some());
         mover.begin_with(&self.given.tau, &expected.unwrap_or_else(|| mover.holding()));
         // without a fault the sums of the errors still hold: no step of the torque
         if let (Phase::Lifting(before), Ending::Done | Ending::StopRequested) =
@@ -135,6 +134,15 @@ impl<L: Link> ControlLoop<'_, L> {
         } else if matches!(self.phase, Phase::Landing(_)) && over {
             self.take_power(ReactionKind::Land);
         }
+    }
+
+    /// What the model expects of the mean torques that were given, of a machine that moves so. It comes there on the way
+    /// of the machine, as friction depends on it.
+    fn expected(&mut self, theta: &[f64; AXES], rate: &[f64; AXES]) -> Option<[f64; AXES]> {
+        let mean = self.given.motion(theta, rate, self.mechanics.pace.brake);
+        let before = std::array::from_fn(|k| 2.0 * mean.theta[k] - theta[k]);
+        self.modelled(&Motion { theta: before, ..mean });
+        self.modelled(&mean)
     }
 
     /// The torques of a motion by the model, where there is one.

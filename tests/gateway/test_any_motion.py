@@ -1,0 +1,128 @@
+"""Motions drawn at random, ended at random: refused before power, or landed within the stroke."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexhex.fmus.common.errors import TrajectoryError
+from tests.gateway.bench import Process, never_enabled
+from tests.gateway.test_falls import fault, push
+from tests.gateway.test_singular import BEGIN_S, began, played
+from tests.gateway.weight import STROKE, TS, Fallen
+
+SEED, COUNT = 27112026, 48
+LIFTED = 11_644
+"""Cycles from enabling to the first of the controller."""
+PUSH = 80
+"""Cycles of a push."""
+ENDS = ("done", "ctrl-c", "speed", "push")
+SLOW = 0.5
+"""Twice the speed of a landing [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """From rest to rest; at `end` [s] the run is over, or Ctrl-C, a rule or a push ends it."""
+
+    signs: tuple[int, ...]
+    far: float
+    time: float
+    end: float
+    how: str
+
+    @property
+    def peak(self) -> float:
+        """Highest speed of the whole motion [rad/s]."""
+        return 1.875 * self.far / self.time
+
+    def __str__(self) -> str:
+        signs = "".join("+" if sign > 0 else "-" for sign in self.signs)
+        return f"{signs} {self.far} rad in {self.time} s, {self.how} at {self.end} s"
+
+
+def drawn(seed: int, count: int) -> Iterator[Motion]:
+    """So many motions of a seed."""
+    chance = np.random.default_rng(seed)
+    for _ in range(count):
+        signs = tuple(int(sign) for sign in chance.choice([-1, 1], 6))
+        far, time = round(chance.uniform(0.2, 0.5), 3), round(chance.uniform(0.4, 1.5), 3)
+        end = round(BEGIN_S + time * chance.uniform(0.05, 1.3), 3)
+        yield Motion(signs, far, time, end, str(chance.choice(ENDS)))
+
+
+def interrupt(gateway: Process, drives: Process) -> None:
+    """Ctrl-C in the cycle in which the drives stand still."""
+    gateway.send_signal(signal.SIGINT)
+    drives.send_signal(signal.SIGCONT)
+
+
+def run(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) -> Fallen:
+    """Lift-off, as much of the motion as there is, landing."""
+    at, more = LIFTED + round(motion.end / TS), {}
+    seconds = motion.end
+    if motion.how == "ctrl-c":
+        seconds = 10.0
+        more = {"options": fault("pause", at), "paused": interrupt}
+    elif motion.how == "push":
+        more = {"options": push(8, PUSH, at - PUSH)}
+    elif motion.how == "speed":
+        # a limit that the motion meets about there
+        share = 0.95 * motion.peak * min(1.0, motion.end / motion.time)
+        seconds = 10.0
+        limit = ("speed_rad_per_s = 3.0", f"speed_rad_per_s = {max(0.4, share):.3f}")
+        more = {"changes": (limit,)}
+    way = (motion.signs, motion.far, motion.time)
+    arguments: dict[str, Any] = {"seconds": seconds, "plant": plant, **more}
+    return played(ssp, folder, way, **arguments)
+
+
+def ended(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) -> str:
+    """What became of a motion; raises AssertionError for what must not."""
+    try:
+        fallen = run(motion, ssp, folder, plant)
+    except TrajectoryError as error:
+        return f"refused: {str(error).partition(', ')[2]}"
+    if fallen.ran.code == 3:
+        never_enabled(fallen.ran)
+        message = str(fallen.ran.one("refused")["message"])
+        assert message.startswith("the motion of the run, "), message
+        return f"refused: {message}"
+    since, summary = began(fallen), fallen.ran.one("summary")
+    if motion.how == "push":
+        # what a push does to the speed is not what the landing does
+        since = max(since, LIFTED + round(motion.end / TS))
+    trips = [e["reason"] for e in fallen.ran.events if e["event"] == "trip"]
+    before, after = fallen.speed[since - 2 : since + 3].max(), fallen.speed[since:].max()
+    angle = np.abs(fallen.theta[since:]).max()
+    text = f"{trips}, landed: {before:.3f} rad/s, then {after:.3f}; {angle:.4f} rad"
+    assert summary["landing_trip"] is None, f"{text}; {summary['landing_trip']}"
+    assert after <= max(SLOW, 1.05 * before), text
+    assert angle < STROKE, text
+    assert summary["not_disabled"] == [], text
+    fallen.ends_at_rest(since)
+    return text
+
+
+@pytest.mark.sample(3)
+@pytest.mark.parametrize("motion", drawn(SEED, COUNT), ids=str)
+def test_motion_is_refused_before_power_or_lands(
+    motion: Motion, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """A machine that does what it is told; faults and end at any time."""
+    ended(motion, hexapod_ssp, tmp_path)
+
+
+@pytest.mark.sample(1)
+@pytest.mark.parametrize("motion", drawn(SEED + 1, 12), ids=str)
+def test_motion_of_another_machine_is_refused_before_power_or_lands(
+    motion: Motion, hexapod_ssp: Path, machine_ssp: Path, tmp_path: Path
+) -> None:
+    """The same of a machine whose masses, friction and drives are not those of the model."""
+    ended(motion, hexapod_ssp, tmp_path, machine_ssp)
