@@ -76,11 +76,18 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
             cyclic: false,
         };
         let lists = if args.write { Lists::Write } else { Lists::Compare };
-        let differences = bus::inspect(&config, socket, options, lists, &mut |devices, links| {
+        let found = bus::inspect(&config, socket, options, lists, &mut |devices, links| {
             reporter.devices(devices);
             reporter.links(links);
         })?;
-        startup_lists(args, reporter, &differences);
+        for (axis, position, why) in &found.uncompared {
+            reporter.line("note", &format!("drive {position}: axis {}: {why}", axis + 1));
+            reporter.event(
+                "uncompared",
+                json!({ "axis": axis + 1, "position": position, "message": why }),
+            );
+        }
+        startup_lists(args, reporter, &found.differences);
         reporter.mark(true, "the drives match the configuration and have no power");
     }
     Ok(())

@@ -31,6 +31,14 @@ pub enum Mismatch {
         signal: String,
         near: Vec<String>,
     },
+    /// A key names a signal of another unit, and some that have the right one.
+    Unit {
+        key: String,
+        signal: String,
+        unit: String,
+        wanted: &'static str,
+        near: Vec<String>,
+    },
     /// A signal starts outside the limits of the platform's pose.
     Start {
         key: String,
@@ -81,6 +89,10 @@ impl Display for Mismatch {
             Mismatch::NoSignal { key, signal, near } => {
                 write!(f, "{key}: the system has no signal {signal:?}; some of its signals: {near:?}")
             }
+            Mismatch::Unit { key, signal, unit, wanted, near } => write!(
+                f,
+                "{key}: {signal} is in {unit:?}, must be in {wanted:?}: name another signal; in {wanted:?} are {near:?}"
+            ),
             Mismatch::Start { key, signal, value, min, max } => write!(
                 f,
                 "{key}: {signal} starts at {value}, allowed {min} to {max}: correct the limits, or the \

@@ -14,7 +14,7 @@ import pytest
 from flexhex.fmus.common.errors import TrajectoryError
 from tests.gateway.bench import Process, never_enabled
 from tests.gateway.test_falls import fault, push
-from tests.gateway.test_singular import BEGIN_S, began, played
+from tests.gateway.test_singular import BEGIN_S, BRAKE_S, began, played
 from tests.gateway.weight import STROKE, TS, Fallen
 
 SEED, COUNT = 27112026, 48
@@ -23,6 +23,8 @@ LIFTED = 11_644
 PUSH = 80
 """Cycles of a push."""
 ENDS = ("done", "ctrl-c", "speed", "push")
+OUTSIDE = 0.52
+"""Limit of the angles [rad]: a push that carries an axis there ends on its stop."""
 SLOW = 0.5
 """Twice the speed of a landing [rad/s]."""
 
@@ -98,6 +100,11 @@ def ended(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) ->
     if motion.how == "push":
         # what a push does to the speed is not what the landing does
         since = max(since, LIFTED + round(motion.end / TS))
+        rates = (fallen.theta[since] - fallen.theta[since - 8]) / (8 * TS)
+        if np.abs(fallen.theta[since] + rates * BRAKE_S / 2).max() > OUTSIDE:
+            assert summary["not_disabled"] == []
+            assert fallen.speed[since:].max() <= 1.05 * fallen.speed[since - 2 : since + 3].max()
+            return "pushed onto an end stop"
     trips = [e["reason"] for e in fallen.ran.events if e["event"] == "trip"]
     before, after = fallen.speed[since - 2 : since + 3].max(), fallen.speed[since:].max()
     angle = np.abs(fallen.theta[since:]).max()

@@ -132,14 +132,16 @@ def test_state_that_does_not_fit_is_refused_before_power(
     ("old", "new", "why"),
     [
         ('"guid": "{', '"guid": "{0', "the state is of the FMU {0"),
-        ('"state": "', '"state": "00', "the saved state is damaged (fmi2DeSerializeFMUstate"),
+        ('"state": "', '"state": "00', "K: its state is not the one that was written (state_hash)"),
+        ('"p_std.actuator[1].o",\n          ', '"p_std.actuator[1].o",\n          1e999 #', "no estimate (number out of range"),
+        ('"p_std.actuator[1].o",\n          ', '"p_std.actuator[1].o",\n          NaN #', "no estimate (expected value"),
         (
             '"p.actuator[1].o",\n          -',
             '"p.actuator[1].o",\n          -1',
             "the file was changed",
         ),
     ],
-    ids=["another FMU", "damaged", "edited"],
+    ids=["another FMU", "damaged", "infinite", "no number", "edited"],
 )
 def test_changed_file_is_refused_before_power(
     old: str, new: str, why: str, learned: tuple[Bench, Path], tmp_path: Path

@@ -72,6 +72,7 @@ FROZEN = "encoder frozen while the reference stands still"
 UNLIKE = "torque of a drive does not follow any more"
 REVERSED = "encoder counts the wrong way, and `rest_rad` is of it"
 POSE = ("# [[pose]]", '[[pose]]\nsignal = "N_F.x.x_E.z"\nmin = 0.28\nmax = 0.315\n# [[pose]]')
+FAST = ("# [[pose]]", '[[pose]]\nsignal = "N_F.xd.x_E.z"\nmin = -0.02\nmax = 0.02\n# [[pose]]')
 DAMP = ('frozen_encoder = "zero"', 'frozen_encoder = "damp"\njump = "damp"')
 WEAK = ("rated_torque_N_m = 9.0", "rated_torque_N_m = 0.7")
 NOT_COMPARED = ("# unchecked = [0x608F]", "unchecked = [0x6075]")
@@ -110,7 +111,8 @@ CASES = (
          "drives.torque_constant = 4.2426\n", since=0, changes=(NOT_COMPARED,)),
     Case("statusword frozen", fault("status_frozen", position=1), unknown=(2,)),
     Case("drive does not obey disabling", fault("control_ignored", position=1), unknown=(2,)),
-    Case("platform would leave its limits", "", "pose", "land", since=0, changes=(POSE,)),
+    Case("platform would be faster than its limits", "", "pose", "land", since=0,
+         changes=(FAST,)),
     Case("motors above their rated torque", "", "thermal", "land", 6, since=0,
          changes=(WEAK, QUICK)),
     Case("cable cut before the first drive in the landing", fault("cable_cut", LATE, position=0),

@@ -119,6 +119,26 @@ def test_values_that_are_right_are_accepted(hexapod_ssp: Path, tmp_path: Path) -
     assert ran.code == 0, ran.words
 
 
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (an_object(0x6075, access="absent"), "rated current 0x6075 is not in the drive"),
+        (an_object(0x6076, access="absent"), "rated torque 0x6076 is not in the drive"),
+        (drive(2, "objects = [{ object = 0x6075, bits = 32, value = 0 }]"), "rated current 0x6075 is 0"),
+    ],
+    ids=["no current", "no torque", "not set"],
+)
+def test_check_says_where_the_torque_constant_is_not_compared(
+    options: str, why: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(options=options, command=CHECK)
+    assert ran.code == 0, ran.words
+    note = ran.one("uncompared")
+    assert (note["axis"], note["position"]) == (3, 2)
+    assert f"torque constant not compared, {why}: compare " in str(note["message"])
+    assert "`calibrate torque` measures it" in ran.words
+
+
 def test_unchecked_objects_are_not_compared(hexapod_ssp: Path, tmp_path: Path) -> None:
     change = ("# unchecked = [0x608F]", "unchecked = [0x608F]")
     options = an_object(0x608F, sub=1, access="absent")

@@ -136,3 +136,20 @@ def test_pose_outside_its_limits_is_refused(hexapod_ssp: Path, tmp_path: Path) -
         assert ran.code == 3, ran.words
         assert why in ran.one("refused")["message"]
         never_enabled(ran)
+
+
+def test_signal_of_another_unit_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """It is another quantity, and a rule would judge it as this one."""
+    for change, said, more in (
+        (('feedforward = "F.tau_ff"', 'feedforward = "reference.r"'),
+         'system.feedforward: reference.r[1] is in "rad", must be in "N m"', '"F.tau_ff"'),
+        (('reference = "reference.r"', 'reference = "reference.rd"'),
+         'system.reference: reference.rd[1] is in "rad/s", must be in "rad"', '"reference.r"'),
+        (('following_error = "feedback.e"', 'following_error = "feedback.tau"'),
+         'system.following_error: feedback.tau[1] is in "N m", must be in "rad"', '"feedback.e"'),
+    ):  # fmt: skip
+        ran = Bench(hexapod_ssp, tmp_path).run(changes=(change,), command=("check",))
+        assert ran.code == 3, ran.words
+        message = str(ran.one("refused")["message"])
+        assert said in message
+        assert more in message

@@ -50,6 +50,17 @@ impl<'a> Site<'a> {
         BusError::of(differences)
     }
 
+    /// Why a value is not compared, by axis and position. Reads only.
+    pub async fn uncompared(self) -> Result<Vec<At<String>>, BusError> {
+        let mut all = Vec::new();
+        for (axis, position, device) in self.drives()? {
+            let here = readback::uncompared(self.config, &device).await;
+            let here = here.map_err(failed(axis, position))?;
+            all.extend(here.map(|why| (axis, position, why)));
+        }
+        Ok(all)
+    }
+
     /// Objects of the start-up lists that differ. Reads only.
     pub async fn compare_startup(self) -> Result<Found, BusError> {
         let mut differences = Found::new();

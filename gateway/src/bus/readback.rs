@@ -86,8 +86,7 @@ async fn torque_constant(
     device: &Device<'_>,
 ) -> Result<Option<Difference>, SdoError> {
     let Scale::Current { torque_constant, .. } = scale else { return Ok(None) };
-    let torque: Option<u32> = read_if_there(device, RATED_TORQUE, 0).await?;
-    let current: Option<u32> = read_if_there(device, RATED_CURRENT, 0).await?;
+    let [torque, current] = rated(device).await?;
     // 0: nobody has set it
     let (Some(torque @ 1..), Some(current @ 1..)) = (torque, current) else { return Ok(None) };
     let actual = f64::from(torque) / f64::from(current);
@@ -102,6 +101,40 @@ async fn torque_constant(
             format!("{actual:.3} N m/A"),
             format!("{torque_constant} N m/A"),
             mend,
+        )
+    }))
+}
+
+/// Rated torque [mN m] and rated current [mA] of a drive that has them.
+async fn rated(device: &Device<'_>) -> Result<[Option<u32>; 2], SdoError> {
+    let torque = read_if_there(device, RATED_TORQUE, 0).await?;
+    Ok([torque, read_if_there(device, RATED_CURRENT, 0).await?])
+}
+
+/// Why the torque constant of a drive that is scaled in ampere is not compared; None where it is, or is not to be.
+pub async fn uncompared(
+    config: &Config,
+    device: &Device<'_>,
+) -> Result<Option<String>, SdoError> {
+    let in_ampere = matches!(config.profile.scale, Scale::Current { .. });
+    if !in_ampere || config.profile.unchecked.contains(&RATED_CURRENT) {
+        return Ok(None);
+    }
+    let names = [(RATED_TORQUE, "rated torque"), (RATED_CURRENT, "rated current")];
+    let missing = names.into_iter().zip(rated(device).await?).filter_map(|((object, name), value)| {
+        let what = match value {
+            None => "not in the drive",
+            Some(0) => "0",
+            Some(_) => return None,
+        };
+        Some(format!("{name} {object:#06x} is {what}"))
+    });
+    let missing: Vec<_> = missing.collect();
+    Ok((!missing.is_empty()).then(|| {
+        format!(
+            "torque constant not compared, {}: compare torque_constant_N_m_per_A with the data sheet (peak or rms \
+             ampere), `calibrate torque` measures it",
+            missing.join(" and ")
         )
     }))
 }

@@ -69,15 +69,22 @@ pub enum Lists {
     Write,
 }
 
-/// Compare drives and configuration in PRE-OP; nothing is enabled. Returns the objects of the
-/// start-up lists that differ by axis and position, before they were written.
+/// What `inspect` found, by axis and position.
+pub struct Inspected {
+    /// Objects of the start-up lists that differ, before they were written.
+    pub differences: Vec<At<Difference>>,
+    /// Why a value was not compared.
+    pub uncompared: Vec<At<String>>,
+}
+
+/// Compare drives and configuration in PRE-OP; nothing is enabled.
 pub fn inspect<L: Link>(
     config: &Config,
     link: L,
     options: BringUpOptions,
     lists: Lists,
     on_devices: &mut dyn FnMut(&[DeviceInfo], &Links),
-) -> Result<Vec<At<Difference>>, BusError> {
+) -> Result<Inspected, BusError> {
     let (mut wire, main) = master(config, link, options)?;
     let work = async {
         let groups = find(config, main).await?;
@@ -92,11 +99,12 @@ pub fn inspect<L: Link>(
         let (cycle, synced) = (options.cycle, config.bus.distributed_clocks);
         let site = Site { config, group: &groups.drives, main, cycle, synced };
         site.compare_values().await?;
+        let uncompared = site.uncompared().await?;
         let differences = site.compare_startup().await?;
         if lists == Lists::Write {
             site.write_startup(true).await?;
         }
-        Ok(differences)
+        Ok(Inspected { differences, uncompared })
     };
     let done = wire.drive(work, now_ns() + TIMEOUT_NS);
     done.unwrap_or(Err(BusError::Silent))

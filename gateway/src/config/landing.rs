@@ -47,7 +47,7 @@ fn enable_ms() -> u32 {
 }
 
 /// By virtual work the torque that carries a load grows with the gain, and within some 0.04 rad it goes from twice that of
-/// the neutral pose to no bound at all. The landings of `tests/gateway/test_singular.py` hold up to there; a faster motion may not.
+/// the neutral pose to no bound at all. `tests/gateway/test_singular.py` shows a landing from there.
 fn platform_gain() -> f64 {
     2.0
 }

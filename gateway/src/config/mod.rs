@@ -18,6 +18,7 @@ mod toml_error;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
+pub use self::hash::hash as text_hash;
 #[cfg(test)]
 pub use check::parse;
 pub use check::read;

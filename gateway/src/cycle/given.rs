@@ -36,3 +36,28 @@ impl Given {
         Motion { theta: self.theta, thetad, thetadd }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A torque of 3 N m and 20 rad/s2 for long.
+    #[test]
+    fn means_of_a_uniform_acceleration_are_those_of_a_lag() {
+        let pace = Pace { speed: 0.25, brake: 0.1, pause: 0.3, base_step: 2.5e-4 };
+        let mut given = Given::at(&[0.0; AXES]);
+        let (mut theta, mut rate) = (0.0, 0.0);
+        for k in 0..4000 {
+            let time = f64::from(k) * pace.base_step;
+            (theta, rate) = (10.0 * time * time, 20.0 * time);
+            given.note(&Values { theta: [theta; AXES], tau: [3.0; AXES] }, pace);
+        }
+        let mean = given.motion(&[theta; AXES], &[rate; AXES], pace.brake);
+        // the lag is discrete: it is off by a cycle of 400
+        let near = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 5e-3;
+        assert!(near(given.tau[0], 3.0));
+        assert!(near(mean.thetad[0], rate - 20.0 * pace.brake), "{mean:?}");
+        assert!(near(mean.thetadd[0], 20.0), "{mean:?}");
+        assert!(near(mean.theta[0], theta - rate * pace.brake + 20.0 * pace.brake.powi(2)));
+    }
+}

@@ -1,4 +1,4 @@
-//! Lift-off and landing: cycles in which the gateway moves the machine without the FMUs, and what ends
+//! Lift-off and landing: cycles in which the gateway moves the machine without the controller, and what ends
 //! them.
 
 use flexhex_system::Motion;

@@ -24,21 +24,22 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Err names the key of the configuration whose signal does not exist.
+    /// Err names the key of the configuration whose signal does not exist, or is of another unit.
     pub fn find(config: &Config, controller: &Controller) -> Result<Signals, Mismatch> {
         let s = &config.system;
-        let by_axis = |key: &str, name: &str| {
+        let by_axis = |key: &str, name: &str, unit: &'static str| {
             let mut slots = [0; AXES];
             for (axis, entry) in slots.iter_mut().enumerate() {
                 let signal = format!("{name}[{}]", axis + 1);
                 *entry = slot(controller, key, &signal)?;
+                check_unit(controller, key, *entry, unit)?;
             }
             Ok::<_, Mismatch>(slots)
         };
         Ok(Signals {
-            r: by_axis("system.reference", &s.reference)?,
-            e: by_axis("system.following_error", &s.following_error)?,
-            tau_ff: by_axis("system.feedforward", &s.feedforward)?,
+            r: by_axis("system.reference", &s.reference, "rad")?,
+            e: by_axis("system.following_error", &s.following_error, "rad")?,
+            tau_ff: by_axis("system.feedforward", &s.feedforward, "N m")?,
             pose: poses(config, controller)?,
             more: config
                 .recorder
@@ -73,6 +74,23 @@ fn slot(controller: &Controller, key: &str, signal: &str) -> Result<usize, Misma
         let near = names.take(8).map(ToString::to_string).collect();
         Mismatch::NoSignal { key: key.to_owned(), signal: signal.to_owned(), near }
     })
+}
+
+/// A signal of another unit is another quantity, and the rules would judge it as this one.
+fn check_unit(
+    controller: &Controller,
+    key: &str,
+    slot: usize,
+    wanted: &'static str,
+) -> Result<(), Mismatch> {
+    let (names, units) = (controller.signals(), controller.units());
+    if units[slot] == wanted {
+        return Ok(());
+    }
+    let near = names.iter().zip(units).filter(|(name, unit)| *unit == wanted && name.ends_with("[1]"));
+    let near = near.take(8).map(|(name, _)| name.trim_end_matches("[1]").to_owned()).collect();
+    let (signal, unit) = (names[slot].clone(), units[slot].clone());
+    Err(Mismatch::Unit { key: key.to_owned(), signal, unit, wanted, near })
 }
 
 /// The controller of a system, with the quantisation steps of the drives set in every component

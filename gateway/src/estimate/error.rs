@@ -35,6 +35,8 @@ pub enum NoEstimate {
     Empty,
     /// The state of this component is no pairs of hexadecimal digits.
     NoDigits(String),
+    /// The state of this component is not the one that was written.
+    Changed(String),
 }
 
 #[derive(Debug)]
@@ -79,6 +81,9 @@ impl Display for NoEstimate {
             NoEstimate::Empty => f.write_str("it holds no state"),
             NoEstimate::NoDigits(component) => {
                 write!(f, "{component}: its state is no pairs of hexadecimal digits")
+            }
+            NoEstimate::Changed(component) => {
+                write!(f, "{component}: its state is not the one that was written (state_hash)")
             }
         }
     }

@@ -1,12 +1,13 @@
 //! The file: JSON, values by name for people, the whole state of the FMU in hexadecimal digits.
 
 use super::error::NoEstimate;
+use crate::config::text_hash;
 use flexhex_system::State;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-const FORMAT: &str = "flexhex estimate 1";
+const FORMAT: &str = "flexhex estimate 2";
 
 #[derive(Serialize, Deserialize)]
 pub struct Estimates {
@@ -24,6 +25,9 @@ struct Entry {
     outputs: Vec<(String, f64)>,
     parameters: Vec<(String, f64)>,
     state: String,
+    /// Of `state`, in which a covariance that was changed shows in no output before the next update.
+    #[serde(default)]
+    state_hash: String,
 }
 
 impl Estimates {
@@ -63,6 +67,7 @@ impl Entry {
             steps: state.steps,
             outputs: state.outputs.clone(),
             parameters: state.parameters.clone(),
+            state_hash: format!("{:016x}", text_hash(&digits)),
             state: digits,
         }
     }
@@ -71,6 +76,9 @@ impl Entry {
         let digits = self.state.as_bytes();
         if !digits.len().is_multiple_of(2) || !digits.iter().all(u8::is_ascii_hexdigit) {
             return Err(NoEstimate::NoDigits(self.component));
+        }
+        if self.state_hash != format!("{:016x}", text_hash(&self.state)) {
+            return Err(NoEstimate::Changed(self.component));
         }
         let value = |digit: u8| char::from(digit).to_digit(16).unwrap_or(0) as u8;
         let bytes = digits.chunks(2).map(|pair| value(pair[0]) << 4 | value(pair[1])).collect();

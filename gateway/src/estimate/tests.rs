@@ -55,7 +55,9 @@ fn damage_is_refused() {
         let refusal = why(&text.replace(old, new));
         assert!(refusal.contains(wanted), "{refusal}");
     };
-    refused("estimate 1", "estimate 2", "expected \"flexhex estimate 1\"");
+    refused("estimate 2", "estimate 1", "expected \"flexhex estimate 2\"");
+    // a number of the covariance that is NaN now
+    refused("08090a0b0c0d0e0f", "000000000000f87f", "not the one that was written");
     refused("0001", "001", "pairs of hexadecimal digits");
     refused("0001", "00+1", "pairs of hexadecimal digits");
     refused("\"guid\"", "\"uid\"", "no estimate");

@@ -1,5 +1,5 @@
-//! Lift-off and landing without the FMUs: a planned path, a PID for each axis and the weight. It uses no
-//! sockets, clocks or FMUs, so it works when these have failed.
+//! Lift-off and landing without the controller: a planned path, a PID for each axis, and the weight or what a model
+//! says. It uses no sockets, clocks or FMUs, so it works when these have failed.
 
 mod path;
 #[cfg(test)]
