@@ -8,6 +8,7 @@ use crate::exit::{Ends, Exit};
 use crate::mismatch::Mismatch;
 use crate::obstacle::Obstacle;
 use crate::realtime::stop;
+use crate::report::Reporter;
 use crate::workspace::Workspace;
 
 /// Stops that are judged begin as often in the time of a brake: what they take hardly changes between two of them.
@@ -20,17 +21,20 @@ pub struct Unfit {
     obstacle: Obstacle,
 }
 
-/// Err with the first pose or stop that the machine cannot take. Ok(false): the motion is not known before.
+/// Err with the first pose or stop that the machine cannot take. A motion that is not known before is said to be.
 pub fn judge(
+    reporter: Reporter,
     config: &Config,
     system: &System,
     cycles: i64,
-) -> Result<Result<bool, Unfit>, Mismatch> {
-    let Some(mut workspace) = Workspace::open(config, system).map_err(Mismatch::System)? else {
-        return Ok(Ok(false));
-    };
+) -> Result<Result<(), Unfit>, Mismatch> {
+    let workspace = Workspace::open(config, system).map_err(Mismatch::System)?;
     let planned = Planned::of(system, &config.system.host, &config.system.reference);
-    let Some(mut planned) = planned.map_err(Mismatch::System)? else { return Ok(Ok(false)) };
+    let (Some(mut workspace), Some(mut planned)) = (workspace, planned.map_err(Mismatch::System)?)
+    else {
+        reporter.line("note", "the motion cannot be judged before power: the run alone judges it");
+        return Ok(Ok(()));
+    };
     let brake = f64::from(config.landing.brake_ms) * 1e-3;
     let every = ((brake / PER_BRAKE / system.base_step()) as i64).max(1);
     let mut last = None;
@@ -49,7 +53,7 @@ pub fn judge(
         }
         planned.step().map_err(Mismatch::System)?;
     }
-    Ok(Ok(true))
+    Ok(Ok(()))
 }
 
 impl Display for Unfit {

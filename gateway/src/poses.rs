@@ -6,8 +6,8 @@ use std::fmt::{self, Display, Formatter};
 
 use crate::config::{Config, AXES};
 use crate::exit::{Ends, Exit};
-use crate::tasks::{self, Task};
 use crate::obstacle::Obstacle;
+use crate::tasks::{self, Task};
 use crate::workspace::Workspace;
 
 pub const EXAMPLES: &str = "\

@@ -117,9 +117,17 @@ impl Workspace {
         for part in 0..PARTS {
             let braking = path.motion(path.braking() * part / PARTS);
             let Some(torques) = self.torques(&braking) else { continue };
-            let worst = (0..AXES).fold(0, |worst, k| {
-                if torques[k].abs() > torques[worst].abs() { k } else { worst }
-            });
+            let worst =
+                (0..AXES).fold(
+                    0,
+                    |worst, k| {
+                        if torques[k].abs() > torques[worst].abs() {
+                            k
+                        } else {
+                            worst
+                        }
+                    },
+                );
             let (needed, most) = (torques[worst].abs(), self.torque);
             if needed > most {
                 return Err(Obstacle::Torque { at: braking.theta, axis: worst, needed, most });

@@ -112,23 +112,21 @@ async fn rated(device: &Device<'_>) -> Result<[Option<u32>; 2], SdoError> {
 }
 
 /// Why the torque constant of a drive that is scaled in ampere is not compared; None where it is, or is not to be.
-pub async fn uncompared(
-    config: &Config,
-    device: &Device<'_>,
-) -> Result<Option<String>, SdoError> {
+pub async fn uncompared(config: &Config, device: &Device<'_>) -> Result<Option<String>, SdoError> {
     let in_ampere = matches!(config.profile.scale, Scale::Current { .. });
     if !in_ampere || config.profile.unchecked.contains(&RATED_CURRENT) {
         return Ok(None);
     }
     let names = [(RATED_TORQUE, "rated torque"), (RATED_CURRENT, "rated current")];
-    let missing = names.into_iter().zip(rated(device).await?).filter_map(|((object, name), value)| {
-        let what = match value {
-            None => "not in the drive",
-            Some(0) => "0",
-            Some(_) => return None,
-        };
-        Some(format!("{name} {object:#06x} is {what}"))
-    });
+    let missing =
+        names.into_iter().zip(rated(device).await?).filter_map(|((object, name), value)| {
+            let what = match value {
+                None => "not in the drive",
+                Some(0) => "0",
+                Some(_) => return None,
+            };
+            Some(format!("{name} {object:#06x} is {what}"))
+        });
     let missing: Vec<_> = missing.collect();
     Ok((!missing.is_empty()).then(|| {
         format!(

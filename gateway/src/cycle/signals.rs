@@ -87,7 +87,8 @@ fn check_unit(
     if units[slot] == wanted {
         return Ok(());
     }
-    let near = names.iter().zip(units).filter(|(name, unit)| *unit == wanted && name.ends_with("[1]"));
+    let near =
+        names.iter().zip(units).filter(|(name, unit)| *unit == wanted && name.ends_with("[1]"));
     let near = near.take(8).map(|(name, _)| name.trim_end_matches("[1]").to_owned()).collect();
     let (signal, unit) = (names[slot].clone(), units[slot].clone());
     Err(Mismatch::Unit { key: key.to_owned(), signal, unit, wanted, near })
