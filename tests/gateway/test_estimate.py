@@ -21,6 +21,8 @@ SECONDS = 1.0
 INSIDE = ('own_thread = ["K"]', "own_thread = []")
 OTHER_R2 = ('feedforward = "', 'parameters = { "K.R2" = 0.5 }\nfeedforward = "')
 
+STD = '"p_std.actuator[1].o",\n          '
+
 
 def run_again(bench: Bench, file: Path, *, seconds: float = SHORT, **more: object) -> Ran:
     """A run that resumes a file."""
@@ -133,8 +135,8 @@ def test_state_that_does_not_fit_is_refused_before_power(
     [
         ('"guid": "{', '"guid": "{0', "the state is of the FMU {0"),
         ('"state": "', '"state": "00', "K: its state is not the one that was written (state_hash)"),
-        ('"p_std.actuator[1].o",\n          ', '"p_std.actuator[1].o",\n          1e999 #', "no estimate (number out of range"),
-        ('"p_std.actuator[1].o",\n          ', '"p_std.actuator[1].o",\n          NaN #', "no estimate (expected value"),
+        (STD, f"{STD}1e999 #", "no estimate (number out of range"),
+        (STD, f"{STD}NaN #", "no estimate (expected value"),
         (
             '"p.actuator[1].o",\n          -',
             '"p.actuator[1].o",\n          -1',

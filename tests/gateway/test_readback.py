@@ -124,7 +124,10 @@ def test_values_that_are_right_are_accepted(hexapod_ssp: Path, tmp_path: Path) -
     [
         (an_object(0x6075, access="absent"), "rated current 0x6075 is not in the drive"),
         (an_object(0x6076, access="absent"), "rated torque 0x6076 is not in the drive"),
-        (drive(2, "objects = [{ object = 0x6075, bits = 32, value = 0 }]"), "rated current 0x6075 is 0"),
+        (
+            drive(2, "objects = [{ object = 0x6075, bits = 32, value = 0 }]"),
+            "rated current 0x6075 is 0",
+        ),
     ],
     ids=["no current", "no torque", "not set"],
 )
