@@ -18,7 +18,7 @@ from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_bent_delay
 from flexhex.diagnosis.prepare import Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
+from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
@@ -117,7 +117,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     residual = residual_of(
         before if main is settled else before_of(main.fit.bench.model, main.others), main
     )
-    notes += slow(residual, main.left)
+    notes += [*slow(residual, main.left), *resting(residual)]
     verdict = _verdict(model, sides, named, changed, notes, run_set.coarse)
     doubt = run_set.doubt or negative(settled.fit, CRITERIA.deviations)
     progress("done", 4, 4)

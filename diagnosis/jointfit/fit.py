@@ -136,7 +136,10 @@ def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array
     """
     step = max(block.run.tau.ts for block in blocks)
     most = int(LATEST * late / step)
-    thin = [replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE]) for b in blocks]
+    thin = [
+        replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE], moves=b.moves[::COARSE])
+        for b in blocks
+    ]
     scale = np.array([k.tolerance for k in base.linear])
     nominal = np.array([k.nominal for k in base.linear])
     scale = np.where(np.isfinite(scale), scale, 1.0)

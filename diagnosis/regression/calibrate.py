@@ -21,7 +21,6 @@ from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.blocks import Block, Run, torque_rms
 from flexhex.diagnosis.runs.noise import Noise, alike, calmed, rings, settled, whiten
-from flexhex.diagnosis.runs.rests import moving
 
 Array = NDArray[np.float64]
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
@@ -76,11 +75,6 @@ class Calibrated:
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
-
-    @cached_property
-    def moving(self) -> list[NDArray[np.bool_]]:
-        """Rows (m, n) of each block in which an axis moves."""
-        return moving(self.blocks, self.base.window, self.spacing)
 
     @property
     def spacing(self) -> float:
@@ -218,8 +212,8 @@ class Calibrated:
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
         slow = self.noise.slow[axis]
         parts = [
-            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
-            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * b.moves[kept, axis, None]
+            for v, kept, b in zip(values, self.kept, self.blocks, strict=True)
         ]
         return np.concatenate(parts)
 

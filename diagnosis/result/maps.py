@@ -28,6 +28,7 @@ def maps(fit: Joint) -> tuple[Map, ...]:
     after = _means(fit, fit.residual)
     listed = []
     for i, kind in enumerate(fit.bench.scales.kinds):
+        moves = np.concatenate([_moves(fit, k)[:, i] for k, _ in before])
         mine = []
         for place, (name, unit) in enumerate(
             (
@@ -40,6 +41,9 @@ def maps(fit: Joint) -> tuple[Map, ...]:
         ):
             over = np.concatenate([_quantity(fit, k, i, place) for k, _ in before])
             pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
+            over, *pair = (values[moves] for values in (over, *pair))
+            if not len(over):
+                continue
             bins = int(np.clip(len(over) // FILLED, BINS, FINEST)) if place == 0 else BINS
             mine.append(_binned((i + 1, name, kind.unit(unit)), bins, over, *pair))
         mine.append(_spectrum(fit, i, before, after))
@@ -61,10 +65,17 @@ def _means(fit: Joint, residual: list[Array]) -> list[tuple[int, Array]]:
 
 
 def _rows(fit: Joint, k: int) -> NDArray[np.bool_]:
+    """Rows of a block that are usable in its neighbouring pass, too."""
     blocks = fit.bench.model.blocks
     partner = dict(pairs(blocks)).get(k)
     mine = blocks[k].usable
     return mine if partner is None else mine & blocks[partner].usable
+
+
+def _moves(fit: Joint, k: int) -> NDArray[np.bool_]:
+    """Of these rows, those (rows, n) in which an axis does not rest."""
+    block = fit.bench.model.blocks[k]
+    return block.moves[_rows(fit, k)]
 
 
 def _quantity(fit: Joint, k: int, axis: int, place: int) -> Array:

@@ -163,7 +163,8 @@ def _fitted(
     n, k = columns[0].shape[1:]
     model = moments.rows.model
     S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
-    listed = zip(columns, left, model.kept, model.moving, strict=True)
+    moves = [b.moves for b in model.blocks]
+    listed = zip(columns, left, model.kept, moves, strict=True)
     for j, (C, y, kept, moving) in enumerate(listed):
         good = settled(kept)
         for i in range(n):

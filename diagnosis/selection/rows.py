@@ -52,7 +52,8 @@ class Rows:
         if not model.between:
             twins = csr_array(dia_array((np.ones(twins.shape[0])[None], [0]), shape=twins.shape))
         y = [[v[:, i] for v in model.y] for i in range(n)]
-        moving = [[v[:, i].astype(float) for v in model.moving] for i in range(n)]
+        moves = [b.moves for b in model.blocks]
+        moving = [[v[:, i].astype(float) for v in moves] for i in range(n)]
         return Rows(
             model,
             tuple(kept(model, v) for v in y),
