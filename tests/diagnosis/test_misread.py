@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.hypotheses.misread import Misread
-from tests.diagnosis.test_agreement import arm
+from tests.diagnosis.test_common_delay import arm
 from tests.diagnosis.test_payloads_arm import planar
 
 __all__ = ["planar"]
