@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.jointfit import fit
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.prepare import Options, run_set_of, spacing_for
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -57,6 +61,21 @@ def test_noise_of_an_axis_is_at_first_what_is_left_there(planar: str, tmp_path: 
     assert ratio[0] < 2
 
 
-def test_delay_of_one_axis_alone_is_none_of_the_logger(planar: str, tmp_path: Path) -> None:
-    model = arm(tmp_path, planar, (0, LATE))
-    assert abs(model.fitted.delay) < 0.1 * model.fitted.late
+@pytest.mark.parametrize(
+    ("delay", "left", "kept"),
+    [(0.5, (1.0, 1.0), True), (2.0, (0.5, 1.2), True), (2.0, (0.9, 1.0), False)],
+    ids=["within its tolerance", "explains much", "explains little"],
+)
+def test_delay_beyond_its_tolerance_explains_much(
+    delay: float, left: tuple[float, float], kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of the product of what all axes leave without it, squared, or less stays."""
+
+    def fitted(base: Any, blocks: Any, share: float) -> tuple[Any, Array]:
+        free = share == 1.0
+        values = SimpleNamespace(delay=delay if free else 0.0, late=1.0)
+        return SimpleNamespace(fitted=values), np.array(left if free else (1.0, 1.0))
+
+    monkeypatch.setattr(fit, "_calibrated", fitted)
+    base: Any = None
+    assert (fit.calibrate(base, ()).fitted.delay == delay) == kept
