@@ -225,14 +225,8 @@ class Bench:
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
-        values: list[Mapping[str, Array]] = []
-        for (motion, weights), block in zip(self._misread.slow, self.model.blocks, strict=True):
-            columns = self.model.base.whole(motion, self.model.linear(block.run)).items()
-            own = {
-                n: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:]) for n, c in columns
-            }
-            values.append(own)
-        return values
+        pairs = zip(self._misread.motions, self.model.blocks, strict=True)
+        return [self.model.base.whole(motion, self.model.linear(b.run)) for motion, b in pairs]
 
     @property
     def whole(self) -> list[str]:

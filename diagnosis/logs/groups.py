@@ -19,7 +19,10 @@ ALIKE = {"r": 0.02, "theta": 0.05}
 """Largest relative difference of two passes."""
 OVERLAP = 0.5
 """Part of the shorter run that must lie on the other."""
-STEPS = 8
+STEPS, CLOSE = 8, 1e-4
+"""Most steps to the best shift, and how small the last one is, in samples."""
+FEW, LIKELY = 1000, 2.0
+"""Samples that tell another motion, by a difference of so many times the largest of two passes."""
 NEAR = 20
 """Samples beside a coarse minimum among which the best is taken."""
 OTHER_UNIT = 20.0
@@ -167,26 +170,38 @@ def _same_torque(a: Log, b: Log) -> bool:
     return bool(one.values.any()) and one.ts == two.ts and np.array_equal(one.values, two.values)
 
 
-def shift_of(a: Channel, b: Channel, alike: float) -> float | None:
+def shift_of(a: Channel, b: Channel, alike: float, close: float = CLOSE) -> float | None:
     """Shift [s] so that b(t + shift) = a(t), to a fraction of a sample; None when unlike.
 
-    alike: largest rms(a - b) / rms(a) over the overlap.
+    alike: largest rms(a - b) / rms(a) over the overlap; close: last step, in samples.
     """
     first, second = a.coarse, b.coarse
     if min(len(first), len(second)) < 4 or not first.any() or not second.any():
         return None
     lag = _lag(first, second)
     shift = b.t0 - a.t0 + lag * COARSE
+    # a few samples tell most other motions, and all of them how late the same one is
+    for points, most in ((FEW, LIKELY * alike), (POINTS, alike)):
+        settled = _settled(a, b, shift, points, close)
+        if settled is None or settled[1] >= most:
+            return None
+        shift = settled[0]
+    return shift
+
+
+def _settled(
+    a: Channel, b: Channel, shift: float, points: int, close: float
+) -> tuple[float, float] | None:
+    """The best shift near this one, and the relative difference there; None without overlap."""
     for _ in range(STEPS):
-        step, apart = nearer(a, b, shift)
+        step, apart = nearer(a, b, shift, points)
         if step is None or apart is None:
             return None
         shift += step
-        if abs(step) < 1e-4 * min(a.ts, b.ts):
-            break
-    else:
-        _, apart = nearer(a, b, shift)
-    return shift if apart is not None and apart < alike else None
+        if abs(step) < close * min(a.ts, b.ts):
+            return shift, apart
+    _, apart = nearer(a, b, shift, points)
+    return None if apart is None else (shift, apart)
 
 
 def _lag(a: Array, b: Array) -> int:
@@ -214,9 +229,12 @@ def _place(b: Channel, at: Array) -> Array:
     return np.interp(at, b.time, np.arange(len(b.values)))
 
 
-def nearer(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | None]:
-    """Step towards the best shift, and the relative difference at this one."""
-    every = slice(None, None, max(1, len(a.values) // POINTS))
+def nearer(
+    a: Channel, b: Channel, shift: float, points: int = POINTS
+) -> tuple[float | None, float | None]:
+    """Step towards the best shift, and the relative difference at this one, by about so many
+    points."""
+    every = slice(None, None, max(1, len(a.values) // points))
     place = _place(b, a.time[every] + shift)
     inside = a.valid[every] & (place >= 1) & (place <= len(b.values) - 2)
     # one place between two samples serves all columns, a sample before and after it, too
