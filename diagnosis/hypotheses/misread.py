@@ -57,9 +57,9 @@ class Misread:
         signals, ts = [angle], step * self.model.blocks[k].run.motion.ts
         for _ in slopes[1:]:
             signals.append(np.gradient(signals[-1], ts, axis=0))
-        return -sum(
-            slope[:, :, None] * (weights @ own)[:, None]
-            for slope, own in zip(slopes, signals, strict=True)
+        pairs = zip(slopes, signals, strict=True)
+        return -np.sum(
+            [slope[:, :, None] * (weights @ own)[:, None] for slope, own in pairs], axis=0
         )
 
     def _slopes_of(self, axis: int) -> list[list[Array]]:

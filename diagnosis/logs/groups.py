@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import correlate
 
 from flexhex.diagnosis.logs.log import COARSE, POINTS, Array, Channel, Finding, Log
 
@@ -207,19 +206,28 @@ def _settled(
 def _lag(a: Array, b: Array) -> int:
     """Samples by which b is later than a, where they differ least over enough overlap."""
     # sum |a - b|^2 over the overlap = energy of both parts - 2 correlation
-    cross = sum(correlate(y, x, mode="full", method="fft") for x, y in zip(a.T, b.T, strict=True))
+    cross = correlated(b, a)
     lags = np.arange(-len(a) + 1, len(b))
     energy_a = np.concatenate([[0.0], np.cumsum((a**2).sum(axis=1))])
     energy_b = np.concatenate([[0.0], np.cumsum((b**2).sum(axis=1))])
     begin, end = np.maximum(0, -lags), np.minimum(len(a), len(b) - lags)
     total = energy_a[end] - energy_a[begin] + energy_b[end + lags] - energy_b[begin + lags]
     enough = end - begin >= OVERLAP * min(len(a), len(b))
-    apart = np.where(enough, (total - 2 * np.asarray(cross)) / np.maximum(total, 1e-30), np.inf)
+    apart = np.where(enough, (total - 2 * cross) / np.maximum(total, 1e-30), np.inf)
     # a motion that repeats within a run fits at several lags: the smallest of them
     equal = np.flatnonzero(apart <= apart.min() + 1e-3)
     best = equal[np.argmin(np.abs(lags[equal]))]
     near = np.abs(np.arange(len(lags)) - best) <= NEAR
     return int(lags[np.argmin(np.where(near, apart, np.inf))])
+
+
+def correlated(a: Array, b: Array) -> Array:
+    """Sum over columns of a[k + lag] b[k], a (samples, n), b (others, n), at lags from 1 - others
+    to samples - 1."""
+    size = len(a) + len(b) - 1
+    count = 1 << (size - 1).bit_length()
+    spectra = np.fft.rfft(a, count, axis=0) * np.fft.rfft(b, count, axis=0).conj()
+    return np.roll(np.fft.irfft(spectra.sum(axis=1), count), len(b) - 1)[:size]
 
 
 def _place(b: Channel, at: Array) -> Array:

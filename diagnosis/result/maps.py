@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.runs.noise import pairs
+from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
 BINS, FINEST = 24, 240
@@ -19,6 +19,8 @@ FEWEST = 12
 """Rows below which a bin is not shown."""
 FILLED = 4 * FEWEST
 """Rows that a finer bin has on average."""
+SEGMENT = 128
+"""Rows of a segment of a spectrum."""
 
 
 def maps(fit: Joint) -> tuple[Map, ...]:
@@ -97,10 +99,20 @@ def _spectrum(
     spacing = float(np.median(np.diff(model.blocks[0].at)))
     sides, f = [], np.zeros(0)
     for side in (before, after):
-        long = [v[:, axis] for _, v in side if len(v) >= 128]
-        parts = [welch(v, 1 / spacing, nperseg=128) for v in long]
-        if not parts:
+        long = [v[:, axis] for _, v in side if len(v) >= SEGMENT]
+        if not long:
             return Map(axis + 1, "frequency", "Hz", f, f, f, f)
-        f = parts[0][0]
-        sides.append(np.sqrt(np.mean([p for _, p in parts], axis=0)))
+        f = np.asarray(np.fft.rfftfreq(SEGMENT, spacing))
+        sides.append(np.sqrt(np.mean([_density(v, spacing) for v in long], axis=0)))
     return Map(axis + 1, "frequency", "Hz", f[1:], sides[0][1:], sides[1][1:], 0 * f[1:])
+
+
+def _density(values: Array, spacing: float) -> Array:
+    """Power density of values (rows,) every `spacing` [s] by Welch's method: Hann windows that
+    overlap by half, each without its mean; one-sided but for both ends."""
+    window = hann(SEGMENT)
+    segments = np.lib.stride_tricks.sliding_window_view(values, SEGMENT)[:: SEGMENT // 2]
+    even = (segments - segments.mean(axis=1, keepdims=True)) * window
+    power = (np.abs(np.fft.rfft(even, axis=1)) ** 2).mean(axis=0) * spacing / (window @ window)
+    power[1:-1] *= 2.0
+    return np.asarray(power)

@@ -36,9 +36,7 @@ def beside(step: Step, at: Mapping[Step, int]) -> Iterator[int | None]:
             yield at.get((*step[:i], own + way, *step[i + 1 :]))
 
 
-def first_of(
-    shapes: Sequence[Mapping[str, float]], searched: Collection[str]
-) -> tuple[int, ...]:
+def first_of(shapes: Sequence[Mapping[str, float]], searched: Collection[str]) -> tuple[int, ...]:
     """Places of every second value of each shape that may take any value: all others of a large
     grid are beside one of these. Nothing where all are tried."""
     if len(shapes) <= MANY:
