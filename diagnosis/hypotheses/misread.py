@@ -58,9 +58,8 @@ class Misread:
         for _ in slopes[1:]:
             signals.append(np.gradient(signals[-1], ts, axis=0))
         pairs = zip(slopes, signals, strict=True)
-        return -np.sum(
-            [slope[:, :, None] * (weights @ own)[:, None] for slope, own in pairs], axis=0
-        )
+        felt = [slope[:, :, None] * (weights @ own)[:, None] for slope, own in pairs]
+        return np.asarray(-np.sum(felt, axis=0))
 
     def _slopes_of(self, axis: int) -> list[list[Array]]:
         """Torques (m, n) of each block per angle, rate and acceleration of an axis."""
