@@ -205,8 +205,11 @@ def beside(fit: Joint) -> Calibrated:
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
-    noise = measured(model.blocks, fit.residual)
-    return replace(model, noise=unweighted(noise, model.noise.white)).doubted(fit.residual)
+    left = fit.residual
+    noise = measured(model.blocks, left)
+    # the rows so far, before those with the new noise
+    model.forget()
+    return replace(model, noise=unweighted(noise, model.noise.white)).doubted(left)
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
