@@ -199,7 +199,9 @@ def beside(fit: Joint) -> Calibrated:
         model.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
         model = now.as_sure(model)
-        fit = again(fit, Bench(model, list(fit.bench.effects.values())))
+        earlier = fit.bench
+        fit = again(fit, Bench(model, list(earlier.effects.values())))
+        earlier.forget()
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
     if not model.noise.repeats:
