@@ -13,8 +13,9 @@ from math import ceil
 
 import numpy as np
 
-from flexhex.diagnosis.logs.groups import ALIKE, STEPS, correlated, group_runs, nearer
+from flexhex.diagnosis.logs.groups import ALIKE, group_runs
 from flexhex.diagnosis.logs.log import COARSE, Array, Channel, Finding, Log
+from flexhex.diagnosis.logs.shifts import STEPS, correlated, nearer
 
 DIFFERS = 0.25
 """Relative mean square difference that a motion must have from itself before it comes again."""

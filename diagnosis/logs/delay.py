@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexhex.diagnosis.logs.groups import shift_of
 from flexhex.diagnosis.logs.log import Channel, Finding
+from flexhex.diagnosis.logs.shifts import shift_of
 
 PAIRS = {
     ("r", "theta"): (0.2, 5e-3),
