@@ -94,6 +94,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     n, judged = model.base.n, run_set.judged
     known = compiled(n, _sought(run_set), model.base.holds)
     before, settled = _mechanism(model, known, judged, lambda text: progress(text, 2, 4))
+    give_back()
     model, sides = settled.fit.bench.model, [settled]
     if len(poor_axes(model, settled.fit.residual)) == n:
         return run_set.cannot_tell(settled.notes[-1])

@@ -209,15 +209,20 @@ def beside(fit: Joint) -> Calibrated:
         model.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
         model = now.as_sure(model)
-        fit = again(fit, Bench(model, list(fit.bench.effects.values())))
+        earlier = fit.bench
+        fit = again(fit, Bench(model, list(earlier.effects.values())))
+        earlier.forget()
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
-    noise = measured(model.blocks, fit.residual)
+    left = fit.residual
+    noise = measured(model.blocks, left)
+    # the rows so far, before those with the new noise
+    model.forget()
     now = replace(model, noise=unweighted(noise, model.noise.white))
-    return replace(now, noise=_even(now, fit.residual)).doubted(fit.residual)
+    return replace(now, noise=_even(now, left)).doubted(left)
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:

@@ -6,7 +6,7 @@ its nonlinear parameters stand beside every candidate.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
-from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.design import Design, Stacked
 from flexhex.diagnosis.regression.doubt import doubt
 from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
@@ -174,24 +174,16 @@ class Calibrated:
 
     @property
     def _white_B(self) -> Design:
-        return self._joined(self.white)
-
-    @cached_property
-    def kept_B(self) -> Design:
-        """B of the rows that count."""
-
-        def joined(_: int, values: Sequence[Array]) -> Array:
-            return np.concatenate([v[good] for v, good in zip(values, self.kept, strict=True)])
-
-        return self._joined(joined)
-
-    def _joined(self, rows: Callable[[int, Sequence[Array]], Array]) -> Design:
-        """B of all blocks as rows that are made of those of each block, axis by axis."""
         pieces = []
         for i in range(self.base.n):
             places = np.unique(np.concatenate([design.places(i) for design in self.B]))
-            pieces.append(((places, rows(i, [d.at(i, places) for d in self.B])),))
+            pieces.append(((places, self.white(i, [d.at(i, places) for d in self.B])),))
         return Design(len(self.known), tuple(pieces))
+
+    @property
+    def kept_B(self) -> Stacked:
+        """B of the rows that count."""
+        return Stacked(self.B, self.kept)
 
     @property
     def nominal(self) -> Array:
@@ -204,7 +196,6 @@ class Calibrated:
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
         vars(self).pop("regression", None)
-        vars(self).pop("kept_B", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.result.pictured import Map
@@ -19,6 +18,8 @@ FEWEST = 12
 """Rows below which a bin is not shown."""
 FILLED = 4 * FEWEST
 """Rows that a finer bin has on average."""
+SEGMENT = 128
+"""Rows of a segment of a spectrum."""
 
 
 def maps(fit: Joint) -> tuple[Map, ...]:
@@ -106,10 +107,12 @@ def _spectrum(
     """Amplitude density [N m / sqrt(Hz)] of what repeats."""
     model = fit.bench.model
     spacing = float(np.median(np.diff(model.blocks[0].at)))
+    from scipy.signal import welch  # takes long to load
+
     sides, f = [], np.zeros(0)
     for side in (before, after):
-        long = [v[:, axis] for _, v in side if len(v) >= 128]
-        parts = [welch(v, 1 / spacing, nperseg=128) for v in long]
+        long = [v[:, axis] for _, v in side if len(v) >= SEGMENT]
+        parts = [welch(v, 1 / spacing, nperseg=SEGMENT) for v in long]
         if not parts:
             return Map(axis + 1, "frequency", "Hz", f, f, f, f)
         f = parts[0][0]

@@ -76,16 +76,17 @@ def announced(payload: float) -> str:
 
 @dataclass
 class Made:
-    """Smoothed columns that every fit finds alike, by what they are; size: theirs [bytes]."""
+    """Smoothed columns that every fit finds alike, by what they are, in half the digits; size:
+    theirs [bytes]."""
 
-    columns: dict[Hashable, Array] = field(default_factory=dict)
+    columns: dict[Hashable, NDArray[np.float32]] = field(default_factory=dict)
     size: int = 0
 
     def add(self, key: Hashable, columns: Array, room: int) -> None:
         """Keep some more, if there is room for them."""
-        if self.size + columns.nbytes <= room:
-            self.columns[key] = columns
-            self.size += columns.nbytes
+        if self.size + columns.nbytes // 2 <= room:
+            self.columns[key] = columns.astype(np.float32)
+            self.size += self.columns[key].nbytes
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, dia_array
 
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.regression.design import Design, RowSelection
+from flexhex.diagnosis.regression.design import Design, RowSelection, Stacked
 from flexhex.diagnosis.runs.noise import line
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Rows:
 
     model: Calibrated
     y: tuple[Array, ...]
-    B: Design
+    B: Design | Stacked
     white_y: tuple[Array, ...]
     white_B: Design
     moving: tuple[Array, ...]

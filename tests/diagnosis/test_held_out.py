@@ -137,7 +137,7 @@ def test_base_parameters_learn_from_held_out_runs_beside_what_they_know() -> Non
         parts=(),
         beta=(),
         q=np.zeros(2),
-        fitted=SimpleNamespace(covariance=np.diag([1e6, 1e-9])),
+        spread=np.diag([1e6, 1e-9]),
     )
     seen = elsewhere.Elsewhere.__new__(elsewhere.Elsewhere)
     seen.there = there  # type: ignore[assignment]

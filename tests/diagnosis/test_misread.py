@@ -24,7 +24,7 @@ def test_errors_of_an_angle_add_up_from_what_its_signals_do(
     """As the torque changes where the angle and its derivatives are moved together."""
     model = arm(tmp_path, planar, (0, 0))
     subject, block = Misread(model), model.blocks[0]
-    motion, weights = subject.slow[0]
+    motion, weights = block.run.motion, block.weights
     angle = np.sin(order * motion.theta[:, axis])
     rate = np.gradient(angle, motion.ts)
     pushes = angle, rate, np.gradient(rate, motion.ts)
@@ -37,5 +37,5 @@ def test_errors_of_an_angle_add_up_from_what_its_signals_do(
     error = np.sin(order * block.run.motion.theta[:, [axis]])
     felt = subject.turned(0, axis, error)[:, :, 0]
     np.testing.assert_allclose(
-        felt, -(weights @ more) / SMALL, rtol=0, atol=1e-3 * np.abs(felt).max()
+        felt, -(weights @ more) / SMALL, rtol=0, atol=2e-3 * np.abs(felt).max()
     )
