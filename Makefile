@@ -5,7 +5,8 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
 SITE   := $(VENV)/.ready-docs
-PIP    := $(BIN)/pip --quiet --disable-pip-version-check
+# a module is compiled when it is loaded first; most of those that are installed never are
+INSTALL := $(BIN)/pip --quiet --disable-pip-version-check install --no-compile
 
 # tests start many processes, which load the modules that the first one compiled; containers often set
 # this variable, and then each of them compiles all modules again
@@ -43,13 +44,13 @@ help:
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) install --require-hashes -r requirements.lock
-	$(PIP) install --no-deps --no-build-isolation -e .
+	$(INSTALL) --require-hashes -r requirements.lock
+	$(INSTALL) --no-deps --no-build-isolation -e .
 	@touch $@
 
 # what tests it: importers, a second simulator, linters, type checker
 $(DEV): requirements-dev.lock $(READY)
-	$(PIP) install --require-hashes -r requirements-dev.lock
+	$(INSTALL) --require-hashes -r requirements-dev.lock
 	@touch $@
 
 run: $(READY)
@@ -65,7 +66,7 @@ build: $(READY)
 	$(BIN)/flexhex build
 
 platforms: $(READY)
-	$(PIP) install --require-hashes -r requirements-platforms.lock
+	$(INSTALL) --require-hashes -r requirements-platforms.lock
 	$(BIN)/flexhex build --platform linux64,win64,aarch64-linux,darwin64
 
 gateway: $(READY)
@@ -77,7 +78,7 @@ machine: gateway
 
 # what builds the site; the notebook in it finds the FMUs in the cache
 $(SITE): requirements-docs.lock $(READY)
-	$(PIP) install --require-hashes -r requirements-docs.lock
+	$(INSTALL) --require-hashes -r requirements-docs.lock
 	@touch $@
 
 docs: build $(SITE)

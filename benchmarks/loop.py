@@ -1,11 +1,9 @@
-"""The whole adaptive loop: the executor against other importers, loops side by side."""
+"""The whole adaptive loop: the executor against other importers."""
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +15,10 @@ from flexhex.ssp.executor import run
 from flexhex.ssp.results import Result
 
 OUT = Path("out") / "benchmarks"
-SECONDS, BASE = 4.0, 0.00025
+SECONDS, BASE = 16.0, 0.00025
 """Simulated by the executor [s] (the slower importers get less); their step [s]."""
+Simulation = tuple[Callable[[float], None], float]
+"""What simulates so many seconds; for how long it is asked to [s]."""
 
 
 def system(machine_file: Path) -> Path:
@@ -28,24 +28,24 @@ def system(machine_file: Path) -> Path:
     return OUT / "hexapod.ssp"
 
 
-def _factor(simulate: Callable[[float], None], short: float, rounds: int) -> list[float]:
-    """Simulated seconds for a second of this process's processor time, all threads together.
+def factors_in_turn(rivals: Mapping[str, Simulation], rounds: int) -> dict[str, list[float]]:
+    """Simulated seconds for a second of this process's processor time, all threads together, by
+    rival; a round of each in turn.
 
-    A run of twice the time less a run of `short` [s]: what opening the archive takes drops out.
+    A run of twice the time less a run of the time: what opening the archive takes drops out.
     """
-    factors = []
+    factors: dict[str, list[float]] = {name: [] for name in rivals}
     for _ in range(rounds):
-        spent = []
-        for seconds in (short, 2 * short):
-            begin = time.process_time()
-            simulate(seconds)
-            spent.append(time.process_time() - begin)
-        factors.append(short / (spent[1] - spent[0]))
+        for name, (simulate, seconds) in rivals.items():
+            once, twice = (_spent(simulate, k * seconds) for k in (1, 2))
+            factors[name].append(seconds / (twice - once))
     return factors
 
 
-def _timing(name: str, factors: list[float], note: str = "") -> Timing:
-    return Timing(name, float(np.median(factors)), float(np.max(factors)), note)
+def _spent(simulate: Callable[[float], None], seconds: float) -> float:
+    begin = time.process_time()
+    simulate(seconds)
+    return time.process_time() - begin
 
 
 def executor(ssp: Path, seconds: float = SECONDS, timing: bool = False) -> Result:
@@ -55,20 +55,24 @@ def executor(ssp: Path, seconds: float = SECONDS, timing: bool = False) -> Resul
 
 def loop_row(machine_file: Path, rounds: int) -> Row:
     """Real-time factor of the adaptive loop, on one core."""
-    ssp = system(machine_file)
+    ssp, notes = system(machine_file), []
 
     def own(seconds: float) -> None:
         executor(ssp, seconds)
 
-    timings, notes = [_timing("executor", _factor(own, SECONDS, max(3, rounds // 5)))], []
-    for name, of, short, hint in (
+    rivals: dict[str, Simulation] = {"executor": (own, SECONDS)}
+    for name, of, seconds, hint in (
         ("libcosimpy", _libcosim, 2.0, "libcosimpy"),
         ("FMPy simulate_ssp", _fmpy, 0.1, "fmpy"),
     ):
         try:
-            timings.append(_timing(name, _factor(of(ssp), short, 3)))
+            rivals[name] = of(ssp), seconds
         except ImportError:
             notes.append(f"{name} is not installed (pip install {hint})")
+    factors = factors_in_turn(rivals, max(3, rounds // 5))
+    timings = [
+        Timing(name, float(np.median(each)), float(np.max(each))) for name, each in factors.items()
+    ]
     return Row("loop", "adaptive loop, x real time", timings, 5, 12, faster=True, notes=notes)
 
 
@@ -108,29 +112,3 @@ def where(ssp: Path, runs: int = 4) -> dict[str, tuple[float, float]]:
     }
     steps = {name: spent.steps / results[0].duration for name, spent in results[0].times.items()}
     return {name: (each * steps[name], each * 1e6) for name, each in best.items()}
-
-
-def side_by_side(
-    ssp: Path, loops: int, cores: list[int], seconds: float = 2.0
-) -> tuple[float, float]:
-    """Simulated seconds of all loops for a second of the clock, and of processor time.
-
-    Threads of one process. The clock counts what others do on the cores; processor time does
-    not, and tells whether the loops are in each other's way. Best of two.
-    """
-    before = sorted(os.sched_getaffinity(0)) if cores else []
-    if cores:
-        os.sched_setaffinity(0, cores)
-    try:
-        times = [_threads(ssp, loops, seconds) for _ in range(2)]
-    finally:
-        if before:
-            os.sched_setaffinity(0, before)
-    return max(clock for clock, _ in times), max(spent for _, spent in times)
-
-
-def _threads(ssp: Path, loops: int, seconds: float) -> tuple[float, float]:
-    begin, spent = time.perf_counter(), time.process_time()
-    with ThreadPoolExecutor(loops) as pool:
-        total = sum(r.duration for r in pool.map(lambda _: executor(ssp, seconds), range(loops)))
-    return total / (time.perf_counter() - begin), total / (time.process_time() - spent)

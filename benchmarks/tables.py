@@ -82,10 +82,19 @@ def _growth(measured: dict[str, Any], console: Console) -> None:
         each = timing.median / int(timing.name) ** 2
         table.add_row(timing.name, quantity(timing.median, False), f"{each:.2f}")
     console.print(table)
-    names = ("loops in threads", "simulated s in 1 s of the clock", "in 1 s of processor time")
+    names = (
+        "loops in threads",
+        "simulated s in 1 s of the clock",
+        "in 1 s of processor time",
+        "as a multiple of one on one core, by the clock",
+    )
     table = Table(*names, title="side by side")
-    for name, factors in measured["loops"].items():
-        table.add_row(name, *(f"{factor:.3g}" for factor in factors))
+    loops = measured["loops"]
+    first = next(iter(loops.values()))[0]
+    for name, factors in loops.items():
+        table.add_row(name, *(f"{factor:.3g}" for factor in (*factors, factors[0] / first)))
+    for kind, gain in measured["cores"].items():
+        table.add_row(f"plain C on 2 cores: {kind}", "", "", f"{gain:.3g}")
     console.print(table)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,12 +13,14 @@ from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import Residual
-from flexhex.diagnosis.runs.blocks import torque_rms
+from flexhex.diagnosis.runs.blocks import Block, torque_rms
 from flexhex.diagnosis.runs.noise import measured
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.side import Side
 
 Array = NDArray[np.float64]
+RESTS = 0.05
+"""Share of the time that an axis rests which is worth a word."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,7 @@ def residual_of(before: Before, side: Side) -> Residual:
     """Before, and after what a side found."""
     fit, model = side.fit, side.fit.bench.model
     repeatable, _ = repeat_rms(model, fit.residual)
+    resting = at_rest(model.blocks if side.others is None else side.others.blocks)
     non_repeatable = np.full(model.base.n, np.nan)
     if model.noise.repeats:
         non_repeatable = measured(model.blocks, fit.residual).rms
@@ -75,7 +78,27 @@ def residual_of(before: Before, side: Side) -> Residual:
         before.repeatable,
         repeatable,
         judged,
+        resting,
     )
+
+
+def at_rest(blocks: Sequence[Block]) -> Array:
+    """Share (n,) of the usable rows in which each axis rests."""
+    usable = sum(int(b.usable.sum()) for b in blocks)
+    return np.asarray(1 - sum(b.judged.sum(axis=0) for b in blocks) / max(usable, 1))
+
+
+def resting(residual: Residual) -> list[str]:
+    """A sentence on the axes that rest for a part of the runs, or none."""
+    axes = [i for i, share in enumerate(residual.resting) if share > RESTS]
+    if not axes:
+        return []
+    one, several = len(axes) == 1, ", ".join(str(i + 1) for i in axes)
+    shares = ", ".join(f"{residual.resting[i]:.0%}" for i in axes)
+    return [
+        f"{'axis' if one else 'axes'} {several} {'rests' if one else 'rest'} for {shares} of the"
+        " time: it counts for nothing, as dry friction carries any torque at rest"
+    ]
 
 
 def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:

@@ -39,7 +39,9 @@ def strips(side: Side) -> tuple[Strip, ...]:
 def _sides(
     block: Block, model: Calibrated, before: Array, after: Array, axis: int
 ) -> tuple[Array, Array, Array]:
-    """Measured torque of an axis, that of the model before, after (m,)."""
+    """Measured torque of an axis, that of the model before, after (m,): none where it rests, as dry
+    friction carries any torque there."""
     measured = torque_at(block, model.base.window, model.fitted.delay)[:, axis]
     measured = np.where(block.usable, measured, np.nan)
-    return measured, measured - before, measured - after
+    judged = np.where(block.moves[:, axis], measured, np.nan)
+    return measured, judged - before, judged - after

@@ -18,7 +18,7 @@ from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_bent_delay
 from flexhex.diagnosis.prepare import Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
+from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
@@ -94,6 +94,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     n, judged = model.base.n, run_set.judged
     known = compiled(n, _sought(run_set), model.base.holds)
     before, settled = _mechanism(model, known, judged, lambda text: progress(text, 2, 4))
+    give_back()
     model, sides = settled.fit.bench.model, [settled]
     if len(poor_axes(model, settled.fit.residual)) == n:
         return run_set.cannot_tell(settled.notes[-1])
@@ -117,7 +118,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     residual = residual_of(
         before if main is settled else before_of(main.fit.bench.model, main.others), main
     )
-    notes += slow(residual, main.left)
+    notes += [*slow(residual, main.left), *resting(residual)]
     verdict = _verdict(model, sides, named, changed, notes, run_set.coarse)
     doubt = run_set.doubt or negative(settled.fit, CRITERIA.deviations)
     progress("done", 4, 4)

@@ -81,6 +81,7 @@ TABLES: dict[str, Source] = {
     "sensitivity": Source("sensitivity", tables.sensitivity),
     "speed": Source("speed", times.speed),
     "growth": Source("speed", times.growth),
+    "loops": Source("speed", times.loops),
     "operations": Source("speed", times.operations),
     "schunk": Source("schunk", tables.schunk),
     "measured": Source("measured", tables.measured),

@@ -49,6 +49,17 @@ def growth(results: Results) -> str:
     return markdown(("parameters of K", "median [µs]", "ns for a square of a parameter"), rows)
 
 
+def loops(results: Results) -> str:
+    """Loops side by side and plain C, as multiples of one on one core; where C was measured, too:
+    loops of before were measured with what opens them."""
+    parts, head = results["growth"], ("side by side", "for one on one core, by the clock")
+    plain = parts.get("cores", {})
+    one = next(iter(parts["loops"].values()))[0]
+    rows = [[name, f"{clock / one:.2f}"] for name, (clock, _) in parts["loops"].items() if plain]
+    rows += [[f"plain C on 2 cores: {kind}", f"{gain:.2f}"] for kind, gain in plain.items()]
+    return markdown(head, rows)
+
+
 def profile(results: Results) -> str:
     """Share of each FMU in the time of the loop."""
     parts = results["profile"]

@@ -313,6 +313,14 @@ static double clock_now(const executor *e) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* Seconds since *begin, which becomes now: one reading ends a unit and begins the next one. */
+static double since(const executor *e, double *begin) {
+  const double now = clock_now(e);
+  const double spent = now - *begin;
+  *begin = now;
+  return spent;
+}
+
 bool executor_publish(executor *e, size_t component, int64_t n) {
   unit *u = &e->units[component];
   const executor_component *d = u->description;
@@ -369,14 +377,14 @@ static bool append_rows(executor *e) {
 
 static bool publish_due(executor *e) {
   size_t k;
+  double begin = clock_now(e);
   for (k = 0; k < e->n_units; k++) {
     unit *u = &e->units[k];
     if (e->now % u->description->period == 0) {
-      double begin = clock_now(e);
       if (!executor_publish(e, k, e->now)) {
         return false;
       }
-      u->times.seconds += clock_now(e) - begin;
+      u->times.seconds += since(e, &begin);
     }
   }
   return append_rows(e);
@@ -384,15 +392,15 @@ static bool publish_due(executor *e) {
 
 static bool step_due(executor *e) {
   size_t k;
+  double begin = clock_now(e);
   for (k = 0; k < e->n_units; k++) {
     unit *u = &e->units[k];
     if (e->now % u->description->period == 0) {
-      double begin = clock_now(e);
       double spent;
       if (!executor_feed(e, k, e->now) || !executor_advance(e, k, e->now)) {
         return false;
       }
-      spent = clock_now(e) - begin;
+      spent = since(e, &begin);
       u->times.seconds += spent;
       u->times.worst = spent > u->times.worst ? spent : u->times.worst;
     }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import diagnosis, kalman, tables
+from benchmarks import diagnosis, kalman, parallel, tables
 from benchmarks.adapter import N, ours, switching
 from benchmarks.blocks import block
 from benchmarks.clock import Rival, Row, Timing, measure
@@ -150,3 +152,18 @@ def test_diagnosis_that_is_timed_is_of_four_runs_of_twelve_seconds(tmp_path: Pat
 def test_diagnosis_that_fails_has_no_time(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="exit 3"):
         diagnosis.used(["diagnose", "no.csv"], tmp_path)
+
+
+def test_side_by_side_leaves_out_what_comes_before() -> None:
+    def work(amount: float) -> None:
+        time.sleep(0.1 + amount)
+
+    clock, _ = parallel.side_by_side(work, 0.05, 2, [])
+    # two at a time: twice the amount in a second; sleeps last longer than asked by little
+    assert clock == pytest.approx(2.0, rel=0.2)
+
+
+def test_plain_c_is_busy_on_every_core() -> None:
+    gains = parallel.own(sorted(os.sched_getaffinity(0)) * 2)
+    assert set(gains) == set(parallel.KINDS)
+    assert all(np.isfinite(gain) for gain in gains.values())

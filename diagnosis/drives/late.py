@@ -16,8 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
 from flexhex.diagnosis.drives.path import Driven, PathBase, driven
 from flexhex.diagnosis.hypotheses.candidates import Bench
@@ -61,6 +59,10 @@ class Late:
 
     def of(self, command: Array, ts: float) -> Array:
         """A command (samples,) every ts [s] as the drive follows it, exact for a cubic spline."""
+        # they take longer to load than all else of most diagnoses
+        from scipy.interpolate import CubicSpline
+        from scipy.signal import lfilter
+
         clock = ts * np.arange(len(command))
         spline = CubicSpline(clock, command)
         if self.id == DELAY:

@@ -93,8 +93,8 @@ def _alone(model: Calibrated) -> list[Array]:
     layout, n, counts = model.layout, model.base.n, list[Array]()
     own = (layout.partner == np.arange(len(layout.partner))).reshape(n, -1)
     first = 0
-    for kept, moves in zip(model.kept, model.moving, strict=True):
-        last, moving = first + int(kept.sum()), moves[kept]
+    for kept, block in zip(model.kept, model.blocks, strict=True):
+        last, moving = first + int(kept.sum()), block.moves[kept]
         counts.append((own[:, first:last].T & moving).sum(axis=0).astype(float))
         first = last
     return counts

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.identify import correlation_time
-from flexhex.diagnosis.jointfit.fit import with_friction
 from flexhex.diagnosis.jointfit.leftover import axis_rms
+from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import off
 from flexhex.diagnosis.regression.regression import Regression

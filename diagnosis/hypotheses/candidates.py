@@ -21,7 +21,7 @@ from flexhex.numeric.rows import alike
 Array = NDArray[np.float64]
 LARGER = 2.0
 """Times that a value is clearly larger than another."""
-KEPT = 120_000_000
+KEPT = 60_000_000
 """Room for columns of effects that are kept for other fits to the same runs [bytes]."""
 SIGNALS = 60_000_000
 """Room for signals of other axes than the one that is asked for [bytes]."""
@@ -75,9 +75,11 @@ class Bench:
         return self._grids[name, axis]
 
     def forget(self) -> None:
-        """Let go of the columns that a search keeps: they take more memory than all else."""
-        self._grids.clear()
-        self._errors.clear()
+        """Let go of columns and of the signals that they are made of: they take more memory than
+        all else, and are made again when asked for."""
+        for kept in (self._grids, self._errors, self._kept, self._halves):
+            kept.clear()
+        vars(self).pop("signals", None)
 
     def names(self, axis: int | None) -> list[str]:
         """Ids of the effects that an axis (None: the whole) may have."""
@@ -143,7 +145,7 @@ class Bench:
             return self._smoothed(item, axis, shape)
         key, blocks = (item.effect, axis, *shape.items()), self.model.blocks
         if all(key in block.made.columns for block in blocks):
-            return [block.made.columns[key] for block in blocks]
+            return [block.made.columns[key].astype(np.float64) for block in blocks]
         columns = self._smoothed(item, axis, shape)
         for block, own in zip(blocks, columns, strict=True):
             block.made.add(key, own, KEPT // len(blocks))
@@ -225,14 +227,8 @@ class Bench:
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
-        values: list[Mapping[str, Array]] = []
-        for (motion, weights), block in zip(self._misread.slow, self.model.blocks, strict=True):
-            columns = self.model.base.whole(motion, self.model.linear(block.run)).items()
-            own = {
-                n: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:]) for n, c in columns
-            }
-            values.append(own)
-        return values
+        pairs = zip(self._misread.motions, self.model.blocks, strict=True)
+        return [self.model.base.whole(motion, self.model.linear(b.run)) for motion, b in pairs]
 
     @property
     def whole(self) -> list[str]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Motion
-from flexhex.diagnosis.hypotheses.signals import slow_motions
+from flexhex.diagnosis.hypotheses.signals import averaged, slow_weights
 from flexhex.diagnosis.regression.calibrate import Calibrated
 
 Array = NDArray[np.float64]
@@ -24,12 +24,18 @@ class Misread:
 
     def __init__(self, model: Calibrated) -> None:
         self.model = model
-        self._slopes: tuple[int, list[list[Array]]] = (-1, [])
+        self._slopes: dict[int, list[list[Array]]] = {}
 
     @cached_property
-    def slow(self) -> list[tuple[Motion, csr_array]]:
-        """See `slow_motions`."""
-        return slow_motions(self.model)
+    def motions(self) -> list[Motion]:
+        """The mean motion of each row of each block: what a unit of an error does hardly changes
+        within a window, while the error may."""
+        return averaged(self.model)
+
+    @cached_property
+    def slow(self) -> list[tuple[int, csr_array]]:
+        """See `slow_weights`."""
+        return slow_weights(self.model)
 
     def turned(self, k: int, axis: int, error: Array) -> Array:
         """Torques (m, n, k) of block k for errors (samples, k) of an axis, which it reads more than
@@ -43,43 +49,38 @@ class Misread:
 
     def _felt(self, k: int, axis: int, error: Array, rotor: float) -> Array:
         """`-(d tau / d theta e + d tau / d theta' e' + (d tau / d theta'' - rotor) e'')`."""
-        motion, weights = self.slow[k]
-        step = round(motion.ts / self.model.blocks[k].run.motion.ts)
-        by_angle, by_rate, by_acceleration = self._slopes_of(axis)[k]
-        behind = by_acceleration.copy()
-        behind[:, axis] -= rotor
-        columns = []
-        for angle in error[::step].T:
-            rate = np.gradient(angle, motion.ts)
-            acceleration = np.gradient(rate, motion.ts)
-            pairs = (by_angle, angle), (by_rate, rate), (behind, acceleration)
-            columns.append(-(weights @ sum(slope * own[:, None] for slope, own in pairs)))
-        return np.stack(columns, axis=2)
+        step, weights = self.slow[k]
+        slopes = list(self._slopes_of(axis)[k])
+        slopes[2] = slopes[2].copy()
+        slopes[2][:, axis] -= rotor
+        angle = error[::step]
+        signals, ts = [angle], step * self.model.blocks[k].run.motion.ts
+        for _ in slopes[1:]:
+            signals.append(np.gradient(signals[-1], ts, axis=0))
+        pairs = zip(slopes, signals, strict=True)
+        felt = [slope[:, :, None] * (weights @ own)[:, None] for slope, own in pairs]
+        return np.asarray(-np.sum(felt, axis=0))
 
     def _slopes_of(self, axis: int) -> list[list[Array]]:
-        """Torques (samples, n) of each block per angle, rate and acceleration of an axis; those of
-        the last axis are kept."""
-        if self._slopes[0] != axis:
-            self._slopes = axis, [self._slope(k, axis) for k in range(len(self.slow))]
-        return self._slopes[1]
+        """Torques (m, n) of each block per angle, rate and acceleration of an axis."""
+        if axis not in self._slopes:
+            self._slopes[axis] = [self._slope(k, axis) for k in range(len(self.motions))]
+        return self._slopes[axis]
 
     def _slope(self, k: int, axis: int) -> list[Array]:
-        motion, slopes = self.slow[k][0], list[Array]()
+        motion, slopes = self.motions[k], list[Array]()
         for name in SIGNALS:
             moved = getattr(motion, name).copy()
             step = STEP * float(np.abs(moved[:, axis]).max()) or STEP
             moved[:, axis] += step
+            # hysteresis goes by the way of an angle, which all angles moved together do not change
             torque = self._torque(k, replace(motion, **{name: moved}))
             slopes.append((torque - self._level[k]) / step)
         return slopes
 
     @cached_property
     def _level(self) -> list[Array]:
-        return [self._torque(k, motion) for k, (motion, _) in enumerate(self.slow)]
+        return [self._torque(k, motion) for k, motion in enumerate(self.motions)]
 
     def _torque(self, k: int, motion: Motion) -> Array:
-        fitted, base = self.model.fitted, self.model.base
-        tau = base.torque(motion, self.model.linear(self.model.blocks[k].run))
-        if len(base.curved):
-            tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
-        return tau
+        return self.model.base.torque(motion, self.model.linear(self.model.blocks[k].run))

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 LOUD = 0.05
 """Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
 SLOW = 2e-3
-"""Effects that ask the whole mechanism anew are evaluated this often [s]."""
+"""Errors of an angle are evaluated this often [s]."""
 
 
 def signals_of(model: Calibrated, across: bool) -> list[Array]:
@@ -92,19 +92,28 @@ def _points(model: Calibrated, torques: Sequence[Array]) -> int:
     return best
 
 
-def slow_motions(model: Calibrated) -> list[tuple[Motion, csr_array]]:
-    """The motion of each block at fewer samples, and the weights of these at its instants."""
+def averaged(model: Calibrated) -> list[Motion]:
+    """The mean motion under the window of each row, of each block."""
     motions = []
     for block in model.blocks:
         motion = block.run.motion
-        step = max(1, round(SLOW / motion.ts))
-        part = slice(None, None, step)
-        theta, thetad, thetadd = (v[part] for v in (motion.theta, motion.thetad, motion.thetadd))
-        slow = Motion(motion.t0, step * motion.ts, theta, thetad, thetadd, noise=motion.noise)
-        at, valid = block.at + block.run.shift, np.ones(len(theta), dtype=bool)
-        weights, _ = hann_weights(at, slow.t0, slow.ts, valid, model.base.window)
-        motions.append((slow, weights))
+        own = [block.smooth(v) for v in (motion.theta, motion.thetad, motion.thetadd)]
+        motions.append(Motion(float(block.at[0] + block.run.shift), model.spacing, *own))
     return motions
+
+
+def slow_weights(model: Calibrated) -> list[tuple[int, csr_array]]:
+    """Of each block how many samples make a step of about `SLOW`, and the weights (m, steps) of
+    every such sample."""
+    weights = []
+    for block in model.blocks:
+        motion = block.run.motion
+        step = max(1, round(SLOW / motion.ts))
+        valid = np.ones(len(motion.theta[::step]), dtype=bool)
+        at = block.at + block.run.shift
+        own, _ = hann_weights(at, motion.t0, step * motion.ts, valid, model.base.window)
+        weights.append((step, own))
+    return weights
 
 
 def _quiet(model: Calibrated, tau: Array, ts: float) -> Array:

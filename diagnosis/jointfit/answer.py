@@ -91,19 +91,25 @@ class Joint:
     def _covariances(self) -> list[Array]:
         return [self.deviations.covariance[k, k] for k in self._places]
 
-    @cached_property
-    def fitted(self) -> Regression:
-        """All rows, base columns and effects beside each other."""
-        return _freed(self.bench, self.freed, [part.columns for part in self.parts])
+    @property
+    def spread(self) -> Array:
+        """Covariance of q (nb, nb) for noise of unit variance."""
+        return self._covariance[0]
 
-    @cached_property
+    @property
     def covariance(self) -> Array:
         """Of q (nb, nb)."""
-        fitted = self.fitted
+        return self._covariance[1]
+
+    @cached_property
+    def _covariance(self) -> tuple[Array, Array]:
+        """Both, without the rows that they come from: base columns and effects side by side."""
+        fitted = _freed(self.bench, self.freed, [part.columns for part in self.parts])
         level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
         count = len(self.q)
         wider = np.sqrt(np.maximum(fitted.doubt[:count], level))
-        return np.asarray(fitted.covariance[:count, :count] * np.outer(wider, wider))
+        spread = fitted.covariance[:count, :count].copy()
+        return spread, np.asarray(spread * np.outer(wider, wider))
 
     @cached_property
     def explained(self) -> list[Array]:

@@ -50,7 +50,7 @@ class Elsewhere:
         knows of them: how well its effects do, however well the first runs show these."""
         left = self.residual(fit.parts, fit.beta, fit.q)
         there, count = replace(self.there, y=tuple(left)), len(fit.q)
-        spread = fit.fitted.covariance[:count, :count]
+        spread = fit.spread
         G, b = there.regression.gram
         # (G + spread^-1)^-1 b, also where a parameter is sure
         step = spread @ np.linalg.solve(np.eye(count) + G @ spread, b)

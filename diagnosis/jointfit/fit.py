@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.basemodels.base import Base, Known
+from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.agreement import axes_agree
 from flexhex.diagnosis.jointfit.answer import Joint, again
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.jointfit.leftover import axis_rms
+from flexhex.diagnosis.jointfit.rubbed import friction, with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
-from flexhex.diagnosis.regression.design import beside_of
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.linearize import about
+from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
 from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
 
@@ -26,13 +26,15 @@ STEPS = 2
 """Gauss-Newton steps."""
 COARSE, FIRM = 4, 1e-9
 """Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
-SHARP = 0.05
-"""Rate, relative to its RMS, at which dry friction is there."""
+EXPLAINED = 0.5
+"""Part of the product of the squares that all axes leave without a delay, below which it is one."""
 HELD = 1e-3
 """Tolerance of a delay that is held, of the usual one."""
 MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
+FITS = 6
+"""Fits until each axis has the variance of what is left there."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
 """Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
 
@@ -42,14 +44,18 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
 
     What the effects that the model has already explain is taken off first. Friction that it does
     not have looks like a delay: so delay and noise are those beside one. A delay beyond its
-    tolerance of which the axes say nothing in common is none.
+    tolerance that does not explain much of what is left is none.
     """
-    model, agreed = _calibrated(base, blocks, 1.0)
-    return model if agreed else _calibrated(base, blocks, HELD)[0]
+    model, left = _calibrated(base, blocks, 1.0)
+    if abs(model.fitted.delay) <= model.fitted.late:
+        return model
+    held, most = _calibrated(base, blocks, HELD)
+    return model if np.prod((left / most) ** 2) < EXPLAINED else held
 
 
-def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Calibrated, bool]:
-    """The same with so much of a delay's tolerance, and whether the axes agree on a longer one."""
+def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Calibrated, Array]:
+    """The same with so much of a delay's tolerance, and the RMS (n,) [N m] that is left of each
+    axis beside friction."""
     late = share * base.late * max(block.run.tau.ts for block in blocks)
     p, delay = first_guess(base, blocks, late)
     fitted = Fitted(
@@ -75,12 +81,12 @@ def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Cali
             break
         misled |= more
     rubbed = _weighted(first, unweighted(noise, misled), given, rubbed.doubted(left))
-    free, off = freely(rubbed.regression, len(base.linear))
+    rubbed, free, off = _evenly(rubbed, given)
     left = rubbed.residual(free.q)
-    agreed = abs(rubbed.fitted.delay) <= late or axes_agree(rubbed)
     noise = unweighted(measured(blocks, left), misled)
     model = about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
-    return replace(model, off=off).doubted(left), agreed
+    model = replace(model, noise=_even(model, left))
+    return replace(model, off=off).doubted(left), axis_rms(blocks, left)
 
 
 def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
@@ -97,34 +103,6 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     return replace(again, off=model.off).doubted(left)
 
 
-def with_friction(model: Calibrated) -> Calibrated:
-    """The same with dry and viscous friction of each axis and a constant torque beside the base
-    model."""
-    n, columns = model.base.n, friction(model.blocks)
-    kinds = ["dry", "viscous", "constant"]
-    more = [
-        Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i) for kind in kinds for i in range(n)
-    ]
-    torque = np.maximum(np.tile(model.torque_rms, len(kinds)), np.finfo(float).tiny)
-    B = [beside_of(b, c * torque) for b, c in zip(model.B, columns, strict=True)]
-    scale = np.concatenate([model.scale, np.ones(len(more))])
-    return replace(model, known=(*model.known, *more), scale=scale, B=tuple(B))
-
-
-def friction(blocks: Sequence[Block]) -> list[Array]:
-    """Dry friction, viscous friction and a constant torque (m, n, 3 n) of each axis in columns of
-    its own, of about one, of each block."""
-    rates = np.concatenate([block.run.motion.thetad for block in blocks])
-    rms = np.maximum(np.sqrt((rates**2).mean(axis=0)), np.finfo(float).tiny)
-    columns = []
-    for block in blocks:
-        rate = block.run.motion.thetad / rms
-        kinds = [block.smooth(v) for v in (np.tanh(rate / SHARP), rate, np.ones_like(rate))]
-        own = [v[:, :, None] * np.eye(v.shape[1]) for v in kinds]
-        columns.append(np.concatenate(own, axis=2))
-    return columns
-
-
 def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array, float]:
     """Linear parameters p and delay of the torques [s] to whole samples of the log, from which
     Gauss-Newton steps find the rest: with another delay their columns are turned by a good part of
@@ -136,7 +114,10 @@ def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array
     """
     step = max(block.run.tau.ts for block in blocks)
     most = int(LATEST * late / step)
-    thin = [replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE]) for b in blocks]
+    thin = [
+        replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE], moves=b.moves[::COARSE])
+        for b in blocks
+    ]
     scale = np.array([k.tolerance for k in base.linear])
     nominal = np.array([k.nominal for k in base.linear])
     scale = np.where(np.isfinite(scale), scale, 1.0)
@@ -187,6 +168,35 @@ def _weighted(
     return at(fitted)
 
 
+def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Regression, float]:
+    """The base model and friction fitted from its values on, each axis with the variance of what is
+    left there, if that is more than noise, and the machine file's values as far off as it takes;
+    and by how much that is, as of `freely`.
+
+    Widths and delay are common to axes. One on which the model lacks much has no more say over them
+    than it has for itself.
+    """
+    count, noise = len(model.base.linear), model.noise
+    free, off = freely(model.regression, count)
+    for _ in range(FITS):
+        left = model.residual(free.q)
+        white = [model.white(i, [own[:, i] for own in left]) for i in range(model.base.n)]
+        size = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in white]
+        even = replace(noise, scale=np.maximum(noise.scale, size))
+        values = _moved(model, free.q)
+        there = about(model.base, model.blocks, values, even, (), given, model.errors)
+        model = with_friction(there).doubted(left)
+        free, off = freely(model.regression, count)
+    return model, free, off
+
+
+def _even(model: Calibrated, left: Sequence[Array]) -> Noise:
+    """The noise, of each axis as large as what is left there (m, n) [N m] of each block."""
+    white = [model.white(i, [own[:, i] for own in left]) for i in range(model.base.n)]
+    size = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in white]
+    return replace(model.noise, scale=np.maximum(model.noise.scale, size))
+
+
 def beside(fit: Joint) -> Calibrated:
     """The base model fitted anew beside effects: what they took from it, they give back.
 
@@ -199,14 +209,20 @@ def beside(fit: Joint) -> Calibrated:
         model.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
         model = now.as_sure(model)
-        fit = again(fit, Bench(model, list(fit.bench.effects.values())))
+        earlier = fit.bench
+        fit = again(fit, Bench(model, list(earlier.effects.values())))
+        earlier.forget()
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
-    noise = measured(model.blocks, fit.residual)
-    return replace(model, noise=unweighted(noise, model.noise.white)).doubted(fit.residual)
+    left = fit.residual
+    noise = measured(model.blocks, left)
+    # the rows so far, before those with the new noise
+    model.forget()
+    now = replace(model, noise=unweighted(noise, model.noise.white))
+    return replace(now, noise=_even(now, left)).doubted(left)
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:

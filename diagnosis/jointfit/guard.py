@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again
-from flexhex.diagnosis.jointfit.fit import HELD, beside
+from flexhex.diagnosis.jointfit.fit import EXPLAINED, HELD, beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -27,8 +27,6 @@ DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
 FITS = 4
 """Fits until each axis has the variance of what is left there."""
-EXPLAINED = 0.5
-"""Part of the squares of all axes' residuals that a delay may leave at most."""
 
 
 def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:

@@ -29,21 +29,25 @@ def repeat_rms(model: Calibrated, residual: Sequence[Array]) -> tuple[Array, Arr
 
     certain (n,): sum of products of whitened passes, in deviations of what noise would give.
     """
-    n, total, certain, rows = model.base.n, np.zeros(model.base.n), np.zeros(model.base.n), 0
+    n = model.base.n
+    total, certain, rows = np.zeros(n), np.zeros(n), np.zeros(n)
     for a, b in pairs(model.blocks):
-        good = model.kept[a] & model.kept[b]
-        rows += int(good.sum())
-        total += (residual[a][good] * residual[b][good]).sum(axis=0)
+        both = (model.kept[a] & model.kept[b])[:, None]
+        good = both & model.blocks[a].moves & model.blocks[b].moves
+        rows += good.sum(axis=0)
+        total += np.sum(residual[a] * residual[b], axis=0, where=good)
         for i in range(n):
             noise = model.noise.a[i], float(model.noise.scale[i])
-            white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
+            white = [whiten(residual[k][:, i : i + 1], *noise)[good[:, i], 0] for k in (a, b)]
             certain[i] += float(white[0] @ white[1])
-    if not rows:
-        return np.full(n, np.nan), np.full(n, np.nan)
+    rows[rows == 0] = np.nan
     return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)
 
 
 def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:
-    """RMS of each axis (n,) over the usable rows."""
-    stacked = np.concatenate([v[b.usable] for v, b in zip(values, blocks, strict=True)])
-    return np.asarray(np.sqrt((stacked**2).mean(axis=0)))
+    """RMS of each axis (n,) over the usable rows in which it moves; NaN of one that never does."""
+    judged = np.concatenate([b.judged for b in blocks])
+    count = judged.sum(axis=0).astype(float)
+    count[count == 0] = np.nan
+    squares = np.concatenate(values) ** 2
+    return np.asarray(np.sqrt(squares.sum(axis=0, where=judged) / count))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator
 
 from flexhex.diagnosis.logs.log import Array, Channel, Mask
 
@@ -18,6 +17,8 @@ PIECE, REACH = 100_000, 8
 def between(t: Array, values: Array, t0: float, ts: float, size: int) -> Channel:
     """Values (samples, width), which may hold NaN, at t0 + k ts from those at the times t: cubic
     between neighbours. Within gaps NaN; invalid where no sample was recorded, not for a NaN."""
+    from scipy.interpolate import Akima1DInterpolator  # takes long to load
+
     out = np.full((size, values.shape[1]), np.nan)
     finite = np.flatnonzero(np.isfinite(values).all(axis=1))
     known = t[finite]

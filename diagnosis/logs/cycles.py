@@ -12,10 +12,10 @@ from dataclasses import replace
 from math import ceil
 
 import numpy as np
-from scipy.signal import correlate
 
-from flexhex.diagnosis.logs.groups import ALIKE, STEPS, group_runs, nearer
+from flexhex.diagnosis.logs.groups import ALIKE, group_runs
 from flexhex.diagnosis.logs.log import COARSE, Array, Channel, Finding, Log
+from flexhex.diagnosis.logs.shifts import STEPS, correlated, nearer
 
 DIFFERS = 0.25
 """Relative mean square difference that a motion must have from itself before it comes again."""
@@ -92,11 +92,11 @@ def _apart(values: Array) -> Array:
     """Mean square difference of a signal (samples, n) from itself, relative to both parts' own,
     at lags up to half its length."""
     count = len(values)
-    cross = sum(correlate(x, x, mode="full", method="fft")[count - 1 :] for x in values.T)
+    cross = correlated(values, values)[count - 1 :]
     energy = np.concatenate([[0.0], np.cumsum((values**2).sum(axis=1))])
     lags = np.arange(count // 2 + 1)
     total = energy[count - lags] + energy[count] - energy[lags]
-    return np.asarray((total - 2 * np.asarray(cross)[lags]) / np.maximum(total, 1e-300))
+    return np.asarray((total - 2 * cross[lags]) / np.maximum(total, 1e-300))
 
 
 def _cut(channel: Channel, begin: float, end: float) -> Channel:

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexhex.diagnosis.logs.groups import shift_of
 from flexhex.diagnosis.logs.log import Channel, Finding
+from flexhex.diagnosis.logs.shifts import shift_of
 
 PAIRS = {
     ("r", "theta"): (0.2, 5e-3),
@@ -21,6 +21,8 @@ LONGEST = 30.0
 SAMPLES, GROWTH = 0.6, 2.0
 """Sample periods that a delay, or its growth over the run, must exceed to be told: held signals
 seem to move by a sample when their step pattern changes."""
+CLOSE = 0.05
+"""Step of a delay, in samples, that is no longer worth another one."""
 LOOKS, STRAIGHT = 5, 0.1
 """Places along a run at which a delay is measured; part of its growth by which it may leave a
 straight line where clocks differ: a feedback's lag goes with the motion."""
@@ -51,10 +53,13 @@ def _compare(
     seconds = len(follow.values) * follow.ts
     length = min(LONGEST, seconds / 3)
     places = follow.t0 + np.linspace(0.0, seconds - length, LOOKS)
-    lags = [shift_of(_cut(lead, t, length), _cut(follow, t, length), alike) for t in places]
-    known = np.array([lag for lag in lags if lag is not None])
-    if len(known) < LOOKS:
-        return []
+    lags = list[float]()
+    for t in places:
+        here = shift_of(_cut(lead, t, length), _cut(follow, t, length), alike, CLOSE)
+        if here is None:
+            return []
+        lags.append(here)
+    known = np.array(lags)
     first, last = float(known[0]), float(known[-1])
     period = max(lead.ts, follow.ts)
     shown = f"{names[1]} follows {names[0]}"

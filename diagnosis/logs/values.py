@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kinds
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Mask
@@ -213,6 +212,8 @@ def _swapped(where: str, theta: Channel, r: Channel) -> list[Finding]:
         return []
     apart = np.array([[_rms(a - b) for b in want.T] for a in angle.T]) / size
     own = np.diagonal(apart)
+    from scipy.optimize import linear_sum_assignment  # takes long to load
+
     rows, columns = linear_sum_assignment(apart)
     moved = [
         (i, j)

@@ -6,7 +6,7 @@ its nonlinear parameters stand beside every candidate.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
-from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.design import Design, Stacked
 from flexhex.diagnosis.regression.doubt import doubt
 from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.blocks import Block, Run, torque_rms
 from flexhex.diagnosis.runs.noise import Noise, alike, calmed, rings, settled, whiten
-from flexhex.diagnosis.runs.rests import moving
 
 Array = NDArray[np.float64]
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
@@ -76,11 +75,6 @@ class Calibrated:
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
-
-    @cached_property
-    def moving(self) -> list[NDArray[np.bool_]]:
-        """Rows (m, n) of each block in which an axis moves."""
-        return moving(self.blocks, self.base.window, self.spacing)
 
     @property
     def spacing(self) -> float:
@@ -180,24 +174,16 @@ class Calibrated:
 
     @property
     def _white_B(self) -> Design:
-        return self._joined(self.white)
-
-    @cached_property
-    def kept_B(self) -> Design:
-        """B of the rows that count."""
-
-        def joined(_: int, values: Sequence[Array]) -> Array:
-            return np.concatenate([v[good] for v, good in zip(values, self.kept, strict=True)])
-
-        return self._joined(joined)
-
-    def _joined(self, rows: Callable[[int, Sequence[Array]], Array]) -> Design:
-        """B of all blocks as rows that are made of those of each block, axis by axis."""
         pieces = []
         for i in range(self.base.n):
             places = np.unique(np.concatenate([design.places(i) for design in self.B]))
-            pieces.append(((places, rows(i, [d.at(i, places) for d in self.B])),))
+            pieces.append(((places, self.white(i, [d.at(i, places) for d in self.B])),))
         return Design(len(self.known), tuple(pieces))
+
+    @property
+    def kept_B(self) -> Stacked:
+        """B of the rows that count."""
+        return Stacked(self.B, self.kept)
 
     @property
     def nominal(self) -> Array:
@@ -210,7 +196,6 @@ class Calibrated:
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
         vars(self).pop("regression", None)
-        vars(self).pop("kept_B", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
@@ -218,8 +203,8 @@ class Calibrated:
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
         slow = self.noise.slow[axis]
         parts = [
-            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
-            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * b.moves[kept, axis, None]
+            for v, kept, b in zip(values, self.kept, self.blocks, strict=True)
         ]
         return np.concatenate(parts)
 

@@ -92,6 +92,47 @@ class Design:
         return products
 
 
+@dataclass(frozen=True, eq=False)
+class Stacked:
+    """Columns X (R, width) of the rows that count, kept (m,), of several designs one below the
+    other, without a copy of them."""
+
+    designs: Sequence[Design]
+    kept: Sequence[NDArray[np.bool_]]
+
+    def only(self, places: Index) -> Stacked:
+        """Some of the columns, in their order."""
+        return Stacked([design.only(places) for design in self.designs], self.kept)
+
+    def at(self, axis: int, places: Index) -> Array:
+        """X (R, len(places)) of an axis at some places, in their order."""
+        pairs = zip(self.designs, self.kept, strict=True)
+        return np.concatenate([design.at(axis, places)[kept] for design, kept in pairs])
+
+    def times(self, axis: int, q: Array) -> Array:
+        """X q (R, ...) of an axis, q (width, ...)."""
+        pairs = zip(self.designs, self.kept, strict=True)
+        return np.concatenate([design.times(axis, q)[kept] for design, kept in pairs])
+
+    def pulled(self, axis: int, values: Array) -> Array:
+        """X^T values (width, ...) of the rows of an axis."""
+        products, first = np.zeros((self.designs[0].width, *values.shape[1:])), 0
+        for design, kept in zip(self.designs, self.kept, strict=True):
+            own = np.zeros((len(kept), *values.shape[1:]))
+            end = first + int(kept.sum())
+            own[kept], first = values[first:end], end
+            products += design.pulled(axis, own)
+        return products
+
+    def squares(self, axis: int) -> Array:
+        """X^T X (width, width) of an axis."""
+        squares = np.zeros((self.designs[0].width,) * 2)
+        for design, kept in zip(self.designs, self.kept, strict=True):
+            pieces = tuple((places, values[kept]) for places, values in design.pieces[axis])
+            squares += Design(design.width, (pieces,)).squares(0)
+        return squares
+
+
 def beside_of(design: Design, columns: Array) -> Design:
     """With further columns (R, n, k) of all axes; those that are zero on an axis are left out."""
     own = Design.of([columns[:, i] for i in range(columns.shape[1])])

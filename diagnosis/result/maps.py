@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.result.pictured import Map
@@ -19,6 +18,8 @@ FEWEST = 12
 """Rows below which a bin is not shown."""
 FILLED = 4 * FEWEST
 """Rows that a finer bin has on average."""
+SEGMENT = 128
+"""Rows of a segment of a spectrum."""
 
 
 def maps(fit: Joint) -> tuple[Map, ...]:
@@ -28,6 +29,7 @@ def maps(fit: Joint) -> tuple[Map, ...]:
     after = _means(fit, fit.residual)
     listed = []
     for i, kind in enumerate(fit.bench.scales.kinds):
+        moves = np.concatenate([_moves(fit, k)[:, i] for k, _ in before])
         mine = []
         for place, (name, unit) in enumerate(
             (
@@ -40,6 +42,9 @@ def maps(fit: Joint) -> tuple[Map, ...]:
         ):
             over = np.concatenate([_quantity(fit, k, i, place) for k, _ in before])
             pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
+            over, *pair = (values[moves] for values in (over, *pair))
+            if not len(over):
+                continue
             bins = int(np.clip(len(over) // FILLED, BINS, FINEST)) if place == 0 else BINS
             mine.append(_binned((i + 1, name, kind.unit(unit)), bins, over, *pair))
         mine.append(_spectrum(fit, i, before, after))
@@ -61,10 +66,17 @@ def _means(fit: Joint, residual: list[Array]) -> list[tuple[int, Array]]:
 
 
 def _rows(fit: Joint, k: int) -> NDArray[np.bool_]:
+    """Rows of a block that are usable in its neighbouring pass, too."""
     blocks = fit.bench.model.blocks
     partner = dict(pairs(blocks)).get(k)
     mine = blocks[k].usable
     return mine if partner is None else mine & blocks[partner].usable
+
+
+def _moves(fit: Joint, k: int) -> NDArray[np.bool_]:
+    """Of these rows, those (rows, n) in which an axis does not rest."""
+    block = fit.bench.model.blocks[k]
+    return block.moves[_rows(fit, k)]
 
 
 def _quantity(fit: Joint, k: int, axis: int, place: int) -> Array:
@@ -95,10 +107,12 @@ def _spectrum(
     """Amplitude density [N m / sqrt(Hz)] of what repeats."""
     model = fit.bench.model
     spacing = float(np.median(np.diff(model.blocks[0].at)))
+    from scipy.signal import welch  # takes long to load
+
     sides, f = [], np.zeros(0)
     for side in (before, after):
-        long = [v[:, axis] for _, v in side if len(v) >= 128]
-        parts = [welch(v, 1 / spacing, nperseg=128) for v in long]
+        long = [v[:, axis] for _, v in side if len(v) >= SEGMENT]
+        parts = [welch(v, 1 / spacing, nperseg=SEGMENT) for v in long]
         if not parts:
             return Map(axis + 1, "frequency", "Hz", f, f, f, f)
         f = parts[0][0]

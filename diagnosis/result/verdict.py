@@ -143,7 +143,8 @@ class Residual:
     nominal: with the machine file's own parameters; before: with the model's parameters fitted;
     after: with what was found. non_repeatable: what differs between passes; repeatable, of
     `before`, and repeatable_after: what they have in common. torque: RMS of the torque itself about
-    its mean. held_out: the same on held-out runs, non-repeatable only if they repeat.
+    its mean. held_out: the same on held-out runs, non-repeatable only if they repeat. All of the
+    rows in which an axis moves; resting: share of the others in what is judged.
     """
 
     units: tuple[str, ...]
@@ -155,6 +156,7 @@ class Residual:
     repeatable: Array
     repeatable_after: Array
     held_out: Mapping[str, Array] = field(default_factory=dict)
+    resting: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def unit(self) -> str:
@@ -176,6 +178,8 @@ class Residual:
             str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
             for i, unit in enumerate(self.units)
         }
+        for i, share in enumerate(self.resting):
+            per_axis[str(i + 1)]["resting"] = float(share)
         totals = {name: rms(v) if self.unit else math.nan for name, v in rows.items()}
         return {
             "unit": self.unit or None,

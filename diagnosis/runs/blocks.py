@@ -7,7 +7,7 @@ does not.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.runs.rests import moving
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.errors import LogError
 
@@ -75,23 +76,25 @@ def announced(payload: float) -> str:
 
 @dataclass
 class Made:
-    """Smoothed columns that every fit finds alike, by what they are; size: theirs [bytes]."""
+    """Smoothed columns that every fit finds alike, by what they are, in half the digits; size:
+    theirs [bytes]."""
 
-    columns: dict[Hashable, Array] = field(default_factory=dict)
+    columns: dict[Hashable, NDArray[np.float32]] = field(default_factory=dict)
     size: int = 0
 
     def add(self, key: Hashable, columns: Array, room: int) -> None:
         """Keep some more, if there is room for them."""
-        if self.size + columns.nbytes <= room:
-            self.columns[key] = columns
-            self.size += columns.nbytes
+        if self.size + columns.nbytes // 2 <= room:
+            self.columns[key] = columns.astype(np.float32)
+            self.size += self.columns[key].nbytes
 
 
 @dataclass(frozen=True)
 class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
-    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns.
+    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns; moves
+    (m, n): where each axis does not rest.
     """
 
     run: Run
@@ -99,7 +102,13 @@ class Block:
     weights: csr_array
     linear: Array
     usable: Mask
+    moves: Mask
     made: Made = field(default_factory=Made, init=False, compare=False)
+
+    @property
+    def judged(self) -> Mask:
+        """Rows (m, n) that say something about the model, for each axis."""
+        return self.moves & self.usable[:, None]
 
     def smooth(self, raw: Array) -> Array:
         """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""
@@ -156,7 +165,8 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
         passes = [run for run in runs if run.trajectory == trajectory]
         at = _instants(base, passes, spacing, least)
         listed += [_block(base, run, at) for run in passes]
-    return listed
+    moves = moving(listed, base.window, spacing)
+    return [replace(block, moves=own) for block, own in zip(listed, moves, strict=True)]
 
 
 def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:
@@ -187,7 +197,8 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     local = at + run.shift
     weights, filled = hann_weights(local, motion.t0, motion.ts, run.valid, base.window)
     _, known = hann_weights(local, tau.t0, tau.ts, tau.valid, base.window)
-    return Block(run, at, weights, base.rows(motion, weights), filled & known)
+    rows = base.rows(motion, weights)
+    return Block(run, at, weights, rows, filled & known, np.ones(rows.shape[:2], dtype=bool))
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:

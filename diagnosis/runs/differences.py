@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import convolve1d, uniform_filter1d
 
 from flexhex.diagnosis import stencils
@@ -54,7 +53,8 @@ def _blended(rate: Array, theta: Array, acceleration: Array, ts: float) -> Array
     points = 2 * round(BLENDED / ts / 2)
     if points < 4 or len(theta) < 2 * points:
         return blended
-    added = cumulative_trapezoid(acceleration, dx=ts, axis=0, initial=0.0)
+    added = np.zeros_like(acceleration)
+    np.cumsum(ts * (acceleration[1:] + acceleration[:-1]) / 2, axis=0, out=added[1:])
     weights = hann(points)[1:]  # symmetric about its middle
     slow, gone = (convolve1d(v, weights, axis=0) for v in (theta, added))
     part = slice(points // 2, -points // 2)

@@ -92,30 +92,30 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     neighbours = list(pairs(blocks))
     if neighbours:
         traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
-        masks = [blocks[a].usable & blocks[b].usable for a, b in neighbours]
+        masks = [blocks[a].judged & blocks[b].judged for a, b in neighbours]
     else:
-        masks = [block.usable for block in blocks]
+        masks = [block.judged for block in blocks]
         traces = _apart(residual, masks)
     n = traces[0].shape[1]
     torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
     white = INEXACT * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
     a, scale, rms, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
     for i in range(n):
-        own = [trace[:, i] for trace in traces]
-        a[i], scale[i] = _regressed(own, masks, float(white[i]))
-        slow[i] = _slow(own, masks, a[i], scale[i])
-        flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
+        own, judged = [trace[:, i] for trace in traces], [mask[:, i] for mask in masks]
+        a[i], scale[i] = _regressed(own, judged, float(white[i]))
+        slow[i] = _slow(own, judged, a[i], scale[i])
+        flat = np.concatenate([t[m] for t, m in zip(own, judged, strict=True)])
         rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
     return Noise(a, scale, rms, np.hypot(rms, white), bool(neighbours), slow)
 
 
 def _apart(residual: Sequence[Array], masks: Sequence[Mask]) -> list[Array]:
     """Residuals (m, n) of runs without repeats as far as they are noise: a constant that they have
-    in common is none, which one run alone does not show."""
+    in common is none, which one run alone does not show. masks (m, n)."""
     if len(residual) < 2:
         return list(residual)
     common = np.mean(
-        [r[mask].mean(axis=0) for r, mask in zip(residual, masks, strict=True)], axis=0
+        [r.mean(axis=0, where=mask) for r, mask in zip(residual, masks, strict=True)], axis=0
     )
     return [r - common for r in residual]
 

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear, nnls
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.kinds import kinds_of
@@ -90,6 +89,8 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
 
 def _many_times(base: Base, seen: Sequence[Seen]) -> str:
     """Axes whose torque is the nominal one many times over, or a small part of it; or nothing."""
+    from scipy.optimize import lsq_linear  # takes long to load
+
     times = dict[int, float]()
     for i in range(base.n):
         columns, tau = _scaled(base, seen, i)
@@ -145,7 +146,7 @@ def _factors(base: Base, seen: Sequence[Seen]) -> Iterator[Arrangement]:
     for i, kind in enumerate(kinds_of(base, base.n)):
         columns, tau = _scaled(base, seen, i)
         # none of them can be negative but the offset
-        share = float(nnls(np.column_stack([columns, -columns[:, -1]]), tau)[0][0])
+        share = float(_not_below_zero(np.column_stack([columns, -columns[:, -1]]), tau)[0][0])
         if share <= 0 or 1 / NEARLY < share < NEARLY:
             continue
         if np.abs(named + np.log(share)).min() > np.log(NEARLY):
@@ -180,10 +181,18 @@ def _least(columns: Array, tau: Array) -> float:
     times 1 / NEARLY to NEARLY, the others not below zero, but for the last, an offset."""
     nominal, others = columns[:, 0], np.column_stack([columns[:, 1:], -columns[:, -1]])
     # beside its least share nothing is below zero
-    x, norm = nnls(np.column_stack([nominal, others]), tau - nominal / NEARLY)
+    x, norm = _not_below_zero(np.column_stack([nominal, others]), tau - nominal / NEARLY)
     if x[0] > NEARLY - 1 / NEARLY:
-        norm = nnls(others, tau - NEARLY * nominal)[1]
+        norm = _not_below_zero(others, tau - NEARLY * nominal)[1]
     return float(norm**2)
+
+
+def _not_below_zero(columns: Array, tau: Array) -> tuple[Array, float]:
+    """Coefficients (k,), none negative, and the norm of what they leave."""
+    from scipy.optimize import nnls  # takes long to load
+
+    x, norm = nnls(columns, tau)
+    return x, float(norm)
 
 
 def _columns(seen: Sequence[Seen], model: Array, axis: int) -> tuple[Array, Array]:

@@ -4,12 +4,14 @@ nothing about the model."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label, maximum_filter1d
 
-from flexhex.diagnosis.runs.blocks import Block
+if TYPE_CHECKING:
+    from flexhex.diagnosis.runs.blocks import Block
 
 SLOW = 0.05
 """Rate, relative to its RMS, below which an axis may rest."""

@@ -20,7 +20,7 @@ from flexhex.diagnosis.selection.bars import (
 )
 from flexhex.diagnosis.selection.changes import change_scores
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.evidence import Tried, evidences, tried
+from flexhex.diagnosis.selection.evidence import Tried, evidences
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -32,6 +32,7 @@ from flexhex.diagnosis.selection.scores import (
     Score,
     effect_score,
 )
+from flexhex.diagnosis.selection.survey import surveyed
 
 Array = NDArray[np.float64]
 
@@ -106,7 +107,7 @@ def _fitted(
     moments: Moments, effect: EffectHypothesis
 ) -> tuple[float, EffectHypothesis, dict[Left, Tried]]:
     """What an effect gains on left-out folds, and its fits."""
-    fits = tried(moments, effect)
+    fits = surveyed(moments, effect)
     whole, without = evidences(fits, moments.rows.folds)
     return float((whole - without).sum()), effect, fits
 

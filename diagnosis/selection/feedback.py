@@ -20,7 +20,6 @@ from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 
 from flexhex.diagnosis.runs.blocks import Block
 from flexhex.diagnosis.selection.bars import form_error
@@ -102,6 +101,8 @@ def _answers(block: Block, inertia: Array, length: float) -> Array:
 def _slower(values: Array, samples: float) -> Array:
     """Smoothed by a Hann window of so many samples; beyond the ends values stay what they are
     there."""
+    from scipy.signal import oaconvolve  # takes long to load
+
     weights = hann(max(3, round(samples)))
     half, rest = len(weights) // 2, values.ndim - 1
     padded = np.pad(values, ((half, len(weights) - 1 - half), *((0, 0),) * rest), mode="edge")

@@ -54,7 +54,7 @@ class Found:
         effects = self.selection.effects
         # which parameters are free beside them is decided with the names
         freed = self.side.fit.freed if self.selection.moved_places else {}
-        for some in (effects[:1], effects) if effects else ():
+        for some in (effects[:1], effects)[: len(effects)]:
             yield joint(self.bench, grouped(self.bench, some), freed)
 
 

@@ -12,14 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.signal import lfilter
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.numeric.scan import ScanFunction, scans
 
 Array = NDArray[np.float64]
 PLACES, LENGTHS = 40, (0.3, 0.1, 0.03)
@@ -141,6 +143,18 @@ def _waves(arguments: Sequence[Sequence[Array]]) -> list[Array]:
     return [np.sqrt(2.0 / WAVES) * np.cos(own @ mixed + phase) for own in together]
 
 
+@cache
+def _lags() -> ScanFunction:
+    """First-order lags (samples, 2 TIMES) of two signals (samples, 2), each by what a step of time
+    keeps (TIMES,)."""
+    before, x, kept = (ca.SX.sym(*of) for of in (("before", 2), ("x", 2), ("kept", TIMES)))
+    state = ca.SX.sym("state", 2 * TIMES)
+    twice = ca.vertcat(kept, kept)
+    now = ca.vertcat(*(ca.repmat(x[k], TIMES) for k in range(2)))
+    then = twice * state + (1 - twice) * now
+    return scans([ca.Function("scan_lags", [state, before, x, kept], [then])])[0]
+
+
 def _memory(rows: Rows, axis: int) -> list[Array]:
     """Rate and acceleration (m, 2 TIMES) as first-order lags remember them."""
     model = rows.model
@@ -148,12 +162,9 @@ def _memory(rows: Rows, axis: int) -> list[Array]:
     listed = []
     for block in model.blocks:
         motion = block.run.motion
-        kept = [np.exp(-motion.ts / time) for time in times]
-        columns = [
-            lfilter([1 - a], [1, -a], values[:, axis])
-            for values in (motion.thetad, motion.thetadd)
-            for a in kept
-        ]
-        listed.append(block.smooth(np.stack(columns, axis=1)))
+        kept = np.exp(-motion.ts / times)
+        seen = np.stack([motion.thetad[:, axis], motion.thetadd[:, axis]], axis=1)
+        first = np.concatenate([(1 - kept) * value for value in seen[0]])
+        listed.append(block.smooth(_lags()(first, seen, kept)))
     size = np.concatenate(listed).std(axis=0)
     return [v / np.where(size > 0, size, 1.0) for v in listed]

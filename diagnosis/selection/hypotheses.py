@@ -23,12 +23,14 @@ from flexhex.diagnosis.selection.orders import (
     ANEW,
     OVERTONES,
     TRIED,
+    Orders,
     fundamentals,
     promising_orders,
 )
 from flexhex.diagnosis.selection.others import others
 from flexhex.diagnosis.selection.products import ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.survey import first_of
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
 from flexhex.fmus.common.effects import Shape
 
@@ -70,12 +72,14 @@ class Hypotheses:
         """An effect on an axis (None: on the whole); orders of the angle are those that the rows
         can show, which may be none."""
         if (name, axis) not in self._effects:
-            shapes, choices = self.bench.shapes(name, axis or 0), 1
+            shapes = self.bench.shapes(name, axis or 0)
             if axis is not None and shapes and list(shapes[0]) == ORDER:
-                orders, choices = self._orders(self.moments, name, axis, TRIED)
-                shapes = [{ORDER[0]: order} for order in orders]
-            hypothesis = self._hypothesis(name, axis, shapes)
-            self._effects[name, axis] = replace(hypothesis, choices=choices)
+                found = self._waves(name, axis, self._orders(self.moments, name, axis, TRIED))
+            else:
+                found = self._hypothesis(name, axis, shapes)
+                searched = [shape.name for shape in self.searched(found)]
+                found = replace(found, first=first_of(shapes, searched))
+            self._effects[name, axis] = found
         return self._effects[name, axis]
 
     def anew(
@@ -90,9 +94,8 @@ class Hypotheses:
         if own:
             key = name, axis, own
             if key not in self._anew:
-                listed, choices = self._orders(moments, name, axis, ANEW)
-                hypothesis = self._hypothesis(name, axis, [{ORDER[0]: o} for o in listed])
-                self._anew[key] = replace(hypothesis, choices=choices)
+                listed = self._orders(moments, name, axis, ANEW)
+                self._anew[key] = self._waves(name, axis, listed)
             hypotheses += [self._anew[key]] if self._anew[key].shapes else []
         if waves := fundamentals(orders):
             key = name, axis, repr(waves)
@@ -102,7 +105,12 @@ class Hypotheses:
             hypotheses.append(self._anew[key])
         return hypotheses
 
-    def _orders(self, moments: Moments, name: str, axis: int, most: int) -> tuple[list[float], int]:
+    def _waves(self, name: str, axis: int, listed: Orders) -> EffectHypothesis:
+        """An effect with these orders of the angle."""
+        hypothesis = self._hypothesis(name, axis, [{ORDER[0]: order} for order in listed.orders])
+        return replace(hypothesis, choices=listed.choices, first=listed.peaks)
+
+    def _orders(self, moments: Moments, name: str, axis: int, most: int) -> Orders:
         """See `promising_orders`, of what a model leaves."""
         left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
         weight = self.rows.model.raw if self.with_torque(name) else None
@@ -114,7 +122,7 @@ class Hypotheses:
         key = effect.id, effect.axis, *wanted, effect.choices
         if key not in self._shaped:
             known = tuple(self._known_of(effect.id, effect.axis, shape) for shape in shapes)
-            self._shaped[key] = replace(effect, shapes=shapes, known=known)
+            self._shaped[key] = replace(effect, shapes=shapes, known=known, first=())
         return self._shaped[key]
 
     def searched(self, effect: EffectHypothesis) -> list[Shape]:

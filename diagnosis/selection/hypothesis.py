@@ -38,7 +38,8 @@ class EffectHypothesis:
     that feel it; low, high (k,): least gains, largest ones; freedom: numbers that
     a fit may choose; extends: the simpler effect that it becomes without its further gains; limit:
     that at an end of its shape's range;
-    choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
+    choices: shapes that those of the grid were picked from; first: places of those that are looked
+    at first, of all if there are none; taken: makes the share (R, shapes) of a
     change of the reported torque that a gain of one takes away, if the columns are of that torque,
     for some shapes;
     slow: it goes with angle, rate and time alone; varied: see `Effect`; ordered: pairs of gains of
@@ -56,6 +57,7 @@ class EffectHypothesis:
     exact: bool
     most: int
     choices: int = 1
+    first: tuple[int, ...] = ()
     taken: Callable[[Sequence[Mapping[str, float]]], Array] | None = None
     slow: bool = False
     limit: str = ""

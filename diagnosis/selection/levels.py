@@ -15,7 +15,7 @@ from math import comb, factorial, log
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from flexhex.diagnosis.runs.noise import Noise, calmed, measured, settled, whiten
 from flexhex.diagnosis.selection.criteria import Criteria
@@ -163,7 +163,8 @@ def _fitted(
     n, k = columns[0].shape[1:]
     model = moments.rows.model
     S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
-    listed = zip(columns, left, model.kept, model.moving, strict=True)
+    moves = [b.moves for b in model.blocks]
+    listed = zip(columns, left, model.kept, moves, strict=True)
     for j, (C, y, kept, moving) in enumerate(listed):
         good = settled(kept)
         for i in range(n):
@@ -226,4 +227,5 @@ def _f_test(amounts: Array, levels: Levels, about: Array) -> float:
     left = max(float(np.trace(errors)), 1e-300)
     ways = left**2 / max(float((errors**2).sum()), 1e-300)
     ratio = (float((before**2).sum()) - left) / more / (left / free)
-    return float(f_distribution.logsf(ratio, more * ways, free * ways))
+    chance = float(fdtrc(more * ways, free * ways, ratio)) if ratio > 0 else 1.0
+    return log(chance) if chance > 0 else -np.inf

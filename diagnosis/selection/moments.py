@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.design import Design, Stacked
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.solved import Solved, factor_of
 
@@ -91,7 +91,9 @@ class Moments:
         """The same whitened."""
         return self._times(axis, c, self.rows.white_B, [t.white.get(axis) for t in self.terms])
 
-    def _times(self, axis: int, c: Array, base: Design, terms: Sequence[Array | None]) -> Array:
+    def _times(
+        self, axis: int, c: Array, base: Design | Stacked, terms: Sequence[Array | None]
+    ) -> Array:
         product = base.times(axis, c[: self.rows.nb])
         for own, place in zip(terms, self._places, strict=True):
             if own is not None:

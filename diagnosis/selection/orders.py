@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +40,21 @@ def fundamental_of(order: float, lowest: Sequence[float]) -> float | None:
     return next((f for f in lowest if abs(order / f - round(order / f)) < HARMONIC), None)
 
 
+@dataclass(frozen=True)
+class Orders:
+    """Orders [1/rad] in their order; how many there are to choose from, which the stroke tells
+    apart; places of those whose amplitude is larger than that of the orders beside them."""
+
+    orders: tuple[float, ...]
+    choices: int
+    peaks: tuple[int, ...]
+
+
 def promising_orders(
     rows: Rows, axis: int, left: Array, most: int, weight: Sequence[Array] | None = None
-) -> tuple[list[float], int]:
-    """The orders [1/rad], at most so many, with the largest amplitude in what a model leaves of an
-    axis' torque, left (R,), in their order; and how many there are to choose from, which the
-    stroke tells apart.
+) -> Orders:
+    """The orders, at most so many, with the largest amplitude in what a model leaves of an axis'
+    torque, left (R,).
 
     weight (samples, n) of each block: amplitudes are of the residual times this.
     """
@@ -77,8 +87,10 @@ def promising_orders(
         size = np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0))
         clear[a:b] = np.abs(rfft(level, FINER * count)[a:b]) / size
     there = np.flatnonzero(clear)
-    best = there[np.argsort(-clear[there])[:most]]
-    return sorted(float(order) for order in orders[best]), -(-len(there) // FINER)
+    best = np.sort(there[np.argsort(-clear[there])[:most]])
+    around = np.maximum(clear[best - 1], np.append(clear, 0.0)[best + 1])
+    peaks = np.flatnonzero(clear[best] >= around)
+    return Orders(tuple(orders[best].tolist()), -(-len(there) // FINER), tuple(peaks.tolist()))
 
 
 def smoothed(periods: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from flexhex.diagnosis.selection.evidence import Tried, tried
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments
+from flexhex.diagnosis.selection.survey import Step, beside, steps_of
 
 Array = NDArray[np.float64]
 HALVINGS = 4
@@ -32,20 +33,16 @@ def refined(
 def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
     """Places of the shapes of a grid that have more evidence than those one step beside them, and a
     good part of what the best one has, which stands first."""
-    values = {name: sorted({shape[name] for shape in shapes}) for name in shapes[0]}
-    steps = [tuple(values[name].index(shape[name]) for name in values) for shape in shapes]
+    steps = steps_of(shapes)
     at = {step: k for k, step in enumerate(steps)}
 
-    def beside(step: tuple[int, ...]) -> Iterator[float]:
-        for i, own in enumerate(step):
-            for way in (-1, 1):
-                k = at.get((*step[:i], own + way, *step[i + 1 :]))
-                yield -np.inf if k is None else float(evidence[k])
+    def highest(step: Step) -> float:
+        return max(-np.inf if k is None else float(evidence[k]) for k in beside(step, at))
 
     best = int(np.argmax(evidence))
     least = GOOD * max(float(evidence[best]), 0.0)
     high = [k for k in range(len(steps)) if evidence[k] > least]
-    peaked = [k for k in high if evidence[k] > max(beside(steps[k]))]
+    peaked = [k for k in high if evidence[k] > highest(steps[k])]
     return sorted({best, *peaked}, key=lambda k: -float(evidence[k]))
 
 

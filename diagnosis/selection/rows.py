@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, dia_array
 
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.regression.design import Design, RowSelection
+from flexhex.diagnosis.regression.design import Design, RowSelection, Stacked
 from flexhex.diagnosis.runs.noise import line
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Rows:
 
     model: Calibrated
     y: tuple[Array, ...]
-    B: Design
+    B: Design | Stacked
     white_y: tuple[Array, ...]
     white_B: Design
     moving: tuple[Array, ...]
@@ -52,7 +52,8 @@ class Rows:
         if not model.between:
             twins = csr_array(dia_array((np.ones(twins.shape[0])[None], [0]), shape=twins.shape))
         y = [[v[:, i] for v in model.y] for i in range(n)]
-        moving = [[v[:, i].astype(float) for v in model.moving] for i in range(n)]
+        moves = [b.moves for b in model.blocks]
+        moving = [[v[:, i].astype(float) for v in moves] for i in range(n)]
         return Rows(
             model,
             tuple(kept(model, v) for v in y),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from gc import collect
 from math import log
 
@@ -41,22 +42,37 @@ class Selection:
     every round.
 
     explained: relative RMS, on each axis, of the torque of all effects together beyond what the
-    base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
-    something without a name beside all that was accepted; instead: of an axis something without a
-    name that predicts better than all that was accepted there. bench: of the base model with the
-    payloads that were found. moved: what parameters gain that are not the machine file's [nats].
+    base model takes up. arbitrated: there was another trajectory to predict. bench: of the base
+    model with the payloads that were found. search: as it ended; columns that it needs are made
+    again. moved: what parameters gain that are not the machine file's [nats].
     """
 
     accepted: tuple[Accepted, ...]
     explained: tuple[float, ...]
     arbitrated: bool
-    beside: tuple[Score, ...]
-    instead: Mapping[int, Score]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
     bench: Bench
+    search: Search
     moved: float = 0.0
+
+    @property
+    def beside(self) -> tuple[Score, ...]:
+        """Of each axis something without a name beside all that was accepted."""
+        return tuple(beside for beside, _ in self._without_names)
+
+    @property
+    def instead(self) -> Mapping[int, Score]:
+        """Of an axis something without a name that predicts better than all that was accepted
+        there."""
+        pairs = enumerate(self._without_names)
+        return {axis: instead for axis, (_, instead) in pairs if instead is not None}
+
+    @cached_property
+    def _without_names(self) -> list[tuple[Score, Score | None]]:
+        """Computed when asked for: of most searches nobody does."""
+        return [_nameless(self.search, axis) for axis in range(self.bench.n)]
 
     @property
     def effects(self) -> list[Accepted]:
@@ -103,24 +119,22 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search.accept(accepted)
         search.revise(accepted.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
-    moments, axes = search.moments, range(bench.n)
+    moments = search.moments
     moved = [
         score.gain * moments.rows.often(score.hypothesis.places)
         for score in search.known()
         if isinstance(score.hypothesis, ChangedParameter)
     ]
     hypotheses.forget()
-    nameless = [_nameless(search, axis) for axis in axes]
     return Selection(
         tuple(one_cause(search.judged())),
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
-        tuple(beside for beside, _ in nameless),
-        {axis: instead for axis, (_, instead) in enumerate(nameless) if instead is not None},
         before,
         rest_of(moments),
         tuple(rounds),
         bench,
+        search,
         moved_gain(moments) + sum(moved),
     )
 

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -127,7 +128,7 @@ class Variable:
         """Number of scalar FMI variables."""
         return 1 if self.size is None else self.size
 
-    @property
+    @cached_property
     def starts(self) -> tuple[float, ...]:
         """Start value of every element [unit]."""
         if isinstance(self.start, (int, float)):
@@ -137,12 +138,12 @@ class Variable:
             raise InterfaceError(f"{self.name}: {len(starts)} start values for {self.count}")
         return starts
 
-    @property
+    @cached_property
     def scalar_names(self) -> tuple[str, ...]:
         """FMI names: `fault`, `theta[1]` ... `theta[6]`, or `x_E.x`, `x_E.y`, `x_E.z`."""
         return tuple(f"{self.name}{suffix}" for suffix in self.suffixes)
 
-    @property
+    @cached_property
     def suffixes(self) -> tuple[str, ...]:
         """What follows the array's name in those of its elements: `[1]`, `.x`."""
         if self.size is None:
@@ -177,19 +178,19 @@ class Interface:
         if reserved:
             raise InterfaceError(f"{self.name}: {', '.join(reserved)} is added by itself")
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Variable, ...]:
         """Parameters in value-reference order; `Ts` [s] comes first."""
         text = "sample time"
         Ts = Variable("Ts", "parameter", "s", text, None, self.Ts, 1e-6, 10.0, display="ms")
         return (Ts, *self._of("parameter"))
 
-    @property
+    @cached_property
     def inputs(self) -> tuple[Variable, ...]:
         """Inputs in value-reference order (after the parameters)."""
         return self._of("input")
 
-    @property
+    @cached_property
     def outputs(self) -> tuple[Variable, ...]:
         """Outputs in value-reference order (after the inputs); `fault` comes last."""
         items = (*_FAULTS, *self.faults)

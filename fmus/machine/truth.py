@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import random
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -133,7 +134,7 @@ def load_truth(path: str | Path) -> Truth:
 
 def interface(machine: Machine, truth: Truth) -> Interface:
     """`machine`: the plant's interface with the truth in its parameters' start values."""
-    base, n = nominal.interface(machine), machine.n_arms
+    base, n = _nominal(machine), machine.n_arms
     known = {v.name: v for v in base.variables}
     altered = {
         "mechanism": _mechanism(known["mechanism"], truth),
@@ -154,6 +155,12 @@ def interface(machine: Machine, truth: Truth) -> Interface:
         " falls onto its end stops: the torque that tau starts at holds the model"
     )
     return Interface("machine", text, base.Ts, (*variables, *added), constants, base.faults)
+
+
+@lru_cache(maxsize=8)
+def _nominal(machine: Machine) -> Interface:
+    """The plant's interface, once for all truths that a study draws."""
+    return nominal.interface(machine)
 
 
 def _deviations(truth: Truth, n: int) -> list[Variable]:

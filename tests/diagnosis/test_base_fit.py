@@ -88,7 +88,7 @@ def test_no_noise_is_quieter_than_the_model_is_good() -> None:
     slow = 1e-3 * np.cumsum(rng.standard_normal((2000, 1)), axis=0) / 40
     signal = SimpleNamespace(values=rng.standard_normal((2000, 1)), valid=np.ones(2000, bool))
     run = SimpleNamespace(trajectory="a", tau=signal, repeated=False)
-    block: Any = SimpleNamespace(run=run, usable=np.ones(2000, dtype=bool))
+    block: Any = SimpleNamespace(run=run, judged=np.ones((2000, 1), dtype=bool))
     noise = measured([block], [slow])
     assert noise.scale[0] > INEXACT
     assert unweighted(noise, np.ones(1, dtype=bool)).scale[0] > INEXACT > noise.rms[0]
@@ -115,7 +115,8 @@ def test_what_runs_without_repeats_have_in_common_is_no_noise(
     rng, size = np.random.default_rng(6), 2000
     signal = SimpleNamespace(values=rng.standard_normal((size, 1)), valid=np.ones(size, bool))
     runs = [SimpleNamespace(trajectory=k, tau=signal, repeated=(k, 0)) for k in "ab"]
-    blocks: Any = [SimpleNamespace(run=run, usable=np.ones(size, dtype=bool)) for run in runs]
+    judged = np.ones((size, 1), dtype=bool)
+    blocks: Any = [SimpleNamespace(run=run, judged=judged) for run in runs]
     noise = measured(blocks, [o + 0.05 * rng.standard_normal((size, 1)) for o in offsets])
     assert not noise.repeats
     assert (abs(noise.a[0].sum()) > 0.5) == slow

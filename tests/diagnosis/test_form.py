@@ -140,7 +140,8 @@ def test_rest_beside_effects_is_as_large_as_what_it_gains(tmp_path: Path) -> Non
     kind, folds = selection.beside[0].hypothesis, len(own.score.without)
     for gain, there in ((0.05 * own.score.gain, True), (0.5, False)):
         beside = Score(kind, 2.0 * gain, np.full(folds, 2.0 * gain - gain / folds), 10.0)
-        unsure = replace(selection, rest=(Rest(0.3, 1.0),), beside=(beside,), instead={})
+        unsure = replace(selection, rest=(Rest(0.3, 1.0),))
+        vars(unsure)["_without_names"] = [(beside, None)]
         functions = nameless(unsure, USUAL)
         assert [left.size for left in functions.values()] == (
             [pytest.approx(np.sqrt(0.05) * explained)] if there else []

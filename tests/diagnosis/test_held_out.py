@@ -23,7 +23,7 @@ TORQUE = np.array([10.0, 1.0])
 def judged(own: Sequence[float], now: Sequence[float]) -> tuple[Any, Any]:
     """A fit that leaves `now` of held-out runs on two axes where the base model's own leaves `own`;
     and these."""
-    block = SimpleNamespace(usable=np.ones(4, dtype=bool))
+    block = SimpleNamespace(judged=np.ones((4, 2), dtype=bool))
     left = {"own": own, "now": now}
     others = SimpleNamespace(
         blocks=[block],
@@ -112,7 +112,7 @@ def test_slow_torque_of_a_run_hides_no_effect() -> None:
     fast = 3.0 * np.sin(np.arange(4000.0))
 
     def size(left: Array, repeats: bool) -> float:
-        block = SimpleNamespace(usable=np.ones(len(left), dtype=bool))
+        block = SimpleNamespace(judged=np.ones((len(left), 1), dtype=bool))
         noise = SimpleNamespace(repeats=repeats, scale=np.ones(1))
         model: Any = SimpleNamespace(
             base=SimpleNamespace(n=1),
@@ -137,7 +137,7 @@ def test_base_parameters_learn_from_held_out_runs_beside_what_they_know() -> Non
         parts=(),
         beta=(),
         q=np.zeros(2),
-        fitted=SimpleNamespace(covariance=np.diag([1e6, 1e-9])),
+        spread=np.diag([1e6, 1e-9]),
     )
     seen = elsewhere.Elsewhere.__new__(elsewhere.Elsewhere)
     seen.there = there  # type: ignore[assignment]

@@ -40,7 +40,7 @@ def test_cogging_of_a_high_order_is_seen_over_the_angle(tmp_path: Path) -> None:
     assert BINS < len(angle.centre) <= FINEST
     assert len(drawn["velocity"].centre) <= BINS
     rows = np.diff(angle.centre)
-    assert np.median(rows) * ORDER < 1.0, "six bins a wave or more"
+    assert np.median(rows) * ORDER < 2 * np.pi / 6, "six bins a wave or more"
     # what the smoothing of the torque leaves of it, and noise that the mean of a bin takes away
     wave = np.column_stack([np.sin(ORDER * angle.centre), np.cos(ORDER * angle.centre)])
     gains, *_ = np.linalg.lstsq(wave, angle.before, rcond=None)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.hypotheses.misread import Misread
-from tests.diagnosis.test_agreement import arm
+from tests.diagnosis.test_common_delay import arm
 from tests.diagnosis.test_payloads_arm import planar
 
 __all__ = ["planar"]
@@ -21,10 +21,11 @@ SMALL = 1e-6
 def test_errors_of_an_angle_add_up_from_what_its_signals_do(
     axis: int, order: float, planar: str, tmp_path: Path
 ) -> None:
-    """As the torque changes where the angle and its derivatives are moved together."""
+    """As the torque changes where the angle and its derivatives are moved together; the slopes are
+    those at the mean motion of each row, which makes an error of a thousandth here."""
     model = arm(tmp_path, planar, (0, 0))
     subject, block = Misread(model), model.blocks[0]
-    motion, weights = subject.slow[0]
+    motion, weights = block.run.motion, block.weights
     angle = np.sin(order * motion.theta[:, axis])
     rate = np.gradient(angle, motion.ts)
     pushes = angle, rate, np.gradient(rate, motion.ts)
@@ -37,5 +38,5 @@ def test_errors_of_an_angle_add_up_from_what_its_signals_do(
     error = np.sin(order * block.run.motion.theta[:, [axis]])
     felt = subject.turned(0, axis, error)[:, :, 0]
     np.testing.assert_allclose(
-        felt, -(weights @ more) / SMALL, rtol=0, atol=1e-3 * np.abs(felt).max()
+        felt, -(weights @ more) / SMALL, rtol=0, atol=2e-3 * np.abs(felt).max()
     )

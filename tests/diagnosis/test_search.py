@@ -24,6 +24,7 @@ from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.nameless import nameless, tolerated
+from flexhex.diagnosis.selection.orders import Orders
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
@@ -226,7 +227,7 @@ def test_rows_that_show_no_wave_ask_for_none(
     bench = bench_of(tmp_path, None)
     candidates = Hypotheses(bench, Rows.of(bench.model))
     requests = [effect.id for effect in candidates.effects(0)]
-    monkeypatch.setattr(hypotheses, "promising_orders", lambda *_: ([], 0))
+    monkeypatch.setattr(hypotheses, "promising_orders", lambda *_: Orders((), 0, ()))
     blind = Hypotheses(bench, candidates.rows)
     waves = {"cogging_harmonic", "torque_ripple"}
     assert [effect.id for effect in blind.effects(0)] == [a for a in requests if a not in waves]

@@ -99,7 +99,8 @@ def test_columns_of_the_motion_alone_are_made_once_for_all_fits(
 
     monkeypatch.setattr(Bench, "_smoothed", counted)
     again = bench.beside(bench.model)
-    assert again.thin("coulomb_friction", 0, shape) == first
+    for one, other_one in zip(again.thin("coulomb_friction", 0, shape), first, strict=True):
+        np.testing.assert_allclose(one, other_one, rtol=1e-6)  # in half the digits
     again.thin("torque_ripple", 0, ripple)
     assert asked == ["torque_ripple"]  # the torque is the fit's
     other = dict(shape) | {name: 2 * value for name, value in shape.items()}

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.jointfit.fit import calibrate, first_guess, with_friction
+from flexhex.diagnosis.jointfit.fit import calibrate, first_guess
 from flexhex.diagnosis.jointfit.leftover import axis_rms
+from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.prepare import run_set_of
 from flexhex.diagnosis.result.verdict import Estimate
 from flexhex.diagnosis.runs.blocks import blocks, spacing_for

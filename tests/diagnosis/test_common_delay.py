@@ -1,0 +1,81 @@
+"""A delay of the torques is common to all axes; what the model lacks on one of them is not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.jointfit import fit
+from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.prepare import Options, run_set_of, spacing_for
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.runs.blocks import blocks
+from tests.diagnosis import two_links
+from tests.diagnosis.synthetic import plain_csv
+from tests.diagnosis.test_payloads_arm import planar
+
+Array = NDArray[np.float64]
+__all__ = ["planar"]
+LATE = 6
+"""Samples: more than the tolerance of a delay."""
+
+
+def arm(folder: Path, base: str, late: tuple[int, int], strange: float = 0.0) -> Calibrated:
+    """The fit of an arm whose torques are logged so many samples late, each axis by itself.
+
+    strange: amplitude [N m] of a torque of the second axis that goes with its rate.
+    """
+    paths = []
+    for motion, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        run = two_links.run(motion, number, 0.0, (0.0, 0.0))
+        tau = run["tau_meas"]
+        rate = np.gradient(run["theta"][:, 1], two_links.TS)
+        tau[:, 1] += strange * np.sin(2 * rate)
+        run["tau_meas"] = np.stack([np.roll(tau[:, i], late[i]) for i in (0, 1)], axis=1)
+        cut = {name: values[20:-20] for name, values in run.items()}
+        head = {"trajectory": str(motion), "pass": str(number)}
+        paths.append(plain_csv(folder / f"{motion}{number}.csv", cut, **head))
+    base_model, run_set, _ = run_set_of(paths, [], None, Options(base=base))
+    return calibrate(
+        base_model, blocks(base_model, run_set.runs, spacing_for(base_model, run_set.runs))
+    )
+
+
+def test_delay_is_found_beside_an_axis_that_the_model_does_not_explain(
+    planar: str, tmp_path: Path
+) -> None:
+    """What is left there goes with the rate, so that this axis alone asks for another delay."""
+    model = arm(tmp_path, planar, (LATE, LATE), strange=20.0)
+    assert abs(model.fitted.delay - LATE * two_links.TS) < 0.1 * two_links.TS
+
+
+def test_noise_of_an_axis_is_at_first_what_is_left_there(planar: str, tmp_path: Path) -> None:
+    plain, strange = (arm(tmp_path, planar, (0, 0), strange=size) for size in (0.0, 20.0))
+    ratio = strange.noise.scale / plain.noise.scale
+    assert ratio[1] > 20
+    assert ratio[0] < 2
+
+
+@pytest.mark.parametrize(
+    ("delay", "left", "kept"),
+    [(0.5, (1.0, 1.0), True), (2.0, (0.5, 1.2), True), (2.0, (0.9, 1.0), False)],
+    ids=["within its tolerance", "explains much", "explains little"],
+)
+def test_delay_beyond_its_tolerance_explains_much(
+    delay: float, left: tuple[float, float], kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of the product of what all axes leave without it, squared, or less stays."""
+
+    def fitted(base: Any, blocks: Any, share: float) -> tuple[Any, Array]:
+        free = share == 1.0
+        values = SimpleNamespace(delay=delay if free else 0.0, late=1.0)
+        return SimpleNamespace(fitted=values), np.array(left if free else (1.0, 1.0))
+
+    monkeypatch.setattr(fit, "_calibrated", fitted)
+    base: Any = None
+    assert (fit.calibrate(base, ()).fitted.delay == delay) == kept
