@@ -22,7 +22,20 @@ pub struct Unfit {
 }
 
 /// Err with the first pose or stop that the machine cannot take. A motion that is not known before is said to be.
+/// Signals end the program meanwhile, also one that waits for an FMU that hangs: no drive has power.
 pub fn judge(
+    reporter: Reporter,
+    config: &Config,
+    system: &System,
+    cycles: i64,
+) -> Result<Result<(), Unfit>, Mismatch> {
+    stop::end_by_default();
+    let judged = judge_cycles(reporter, config, system, cycles);
+    stop::listen();
+    judged
+}
+
+fn judge_cycles(
     reporter: Reporter,
     config: &Config,
     system: &System,
@@ -39,9 +52,6 @@ pub fn judge(
     let every = ((brake / PER_BRAKE / system.base_step()) as i64).max(1);
     let mut last = None;
     for cycle in 0..cycles {
-        if stop::requested() {
-            break;
-        }
         let motion = planned.motion();
         // a reference that holds is judged once
         if cycle % every == 0 && last != Some(motion) {

@@ -99,8 +99,12 @@ impl Workspace {
 
     /// The torques [N m] that a motion takes, by the model; None: there is no model, or the platform cannot be there.
     pub fn torques(&mut self, motion: &Motion) -> Option<Axes> {
-        let torques = self.dynamics.as_mut()?.torque(motion).ok()??;
+        let torques = self.modelled(motion).ok()??;
         torques.iter().all(|torque| torque.is_finite()).then_some(torques)
+    }
+
+    fn modelled(&mut self, motion: &Motion) -> Result<Option<Axes>, Error> {
+        self.dynamics.as_mut().map_or(Ok(None), |dynamics| dynamics.torque(motion))
     }
 
     /// The pose and the stop that may begin there: the pose in which it ends, and the torques that it takes.
@@ -116,21 +120,15 @@ impl Workspace {
         self.gain(&stop)?;
         for part in 0..PARTS {
             let braking = path.motion(path.braking() * part / PARTS);
-            let Some(torques) = self.torques(&braking) else { continue };
-            let worst =
-                (0..AXES).fold(
-                    0,
-                    |worst, k| {
-                        if torques[k].abs() > torques[worst].abs() {
-                            k
-                        } else {
-                            worst
-                        }
-                    },
-                );
-            let (needed, most) = (torques[worst].abs(), self.torque);
-            if needed > most {
-                return Err(Obstacle::Torque { at: braking.theta, axis: worst, needed, most });
+            let Some(torques) = self.modelled(&braking).map_err(Obstacle::Failed)? else {
+                continue;
+            };
+            let sizes = torques.map(f64::abs).into_iter().enumerate();
+            let worst = sizes.max_by(|(_, one), (_, other)| one.total_cmp(other));
+            let ((axis, needed), most) = (worst.unwrap_or((0, f64::NAN)), self.torque);
+            // a torque that is no number is none that a landing may give
+            if needed.is_nan() || needed > most {
+                return Err(Obstacle::Torque { at: braking.theta, axis, needed, most });
             }
         }
         Ok(())

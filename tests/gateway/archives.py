@@ -46,8 +46,11 @@ def with_fmu(ssp: bytes, source: str, changes: Changes) -> bytes:
 class Spoil:
     """What the proxy does to one instance, from its step `step` on for `count` steps.
 
+    The gateway's own instances beside those of the run have a suffix: "F-model".
+
     Step k goes from k to k + 1 sample times. kind: "set" (the output `variable` shows `value`,
-    which may be nan), "error" (fmi2DoStep returns fmi2Error), "sleep" (it takes `value` [s] more).
+    which may be nan), "error" (fmi2DoStep returns fmi2Error), "sleep" (it takes `value` [s] more),
+    "hang" (it says so on stderr and never returns).
     """
 
     instance: str
@@ -60,7 +63,7 @@ class Spoil:
 
 def spoiled(ssp: Path, spoil: Spoil, out: Path) -> Path:
     """Writes `out`, the .ssp with the FMU of one instance behind the proxy, and returns it."""
-    instance = read_ssp(ssp).instance(spoil.instance)
+    instance = read_ssp(ssp).instance(spoil.instance.partition("-")[0])
     variables = instance.fmu.variables
     reference = variables[spoil.variable].reference if spoil.variable else 0
     words = (spoil.instance, spoil.step, spoil.count, spoil.kind, reference, spoil.value)

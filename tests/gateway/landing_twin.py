@@ -28,7 +28,8 @@ class Braked:
         self.start, self.rate, self.rest = start, rate, rest
         self.brake, self.pause = round(BRAKE / TS), round(PAUSE / TS)
         self.stop = start + rate * (self.brake * TS) / 2.0
-        self.travel = int(np.ceil(1.875 * np.abs(rest - self.stop).max() / SPEED / TS))
+        travel = int(np.ceil(1.875 * np.abs(rest - self.stop).max() / SPEED / TS))
+        self.travel = max(travel, self.brake) if travel else 0
         self.cycles = self.brake + self.pause + self.travel + self.pause
 
     def at(self, k: int) -> Rows:

@@ -9,6 +9,7 @@
      set    outputs of value reference REFERENCE are VALUE (`nan`, `inf`, a number)
      error  fmi2DoStep returns fmi2Error
      sleep  fmi2DoStep takes VALUE seconds more
+     hang   fmi2DoStep says so and never returns
    Only the functions that the executor calls are there. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -17,6 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "fmi2Functions.h"
 
@@ -150,9 +152,15 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size,
   const long step = p->step++;
   REAL(p, fmi2DoStep);
   if (spoils(p, "sleep", step)) {
-    const struct timespec pause = {(time_t)p->value,
-                                   (long)(1e9 * (p->value - (double)(time_t)p->value))};
-    (void)nanosleep(&pause, NULL);
+    const struct timespec longer = {(time_t)p->value,
+                                    (long)(1e9 * (p->value - (double)(time_t)p->value))};
+    (void)nanosleep(&longer, NULL);
+  }
+  if (spoils(p, "hang", step)) {
+    (void)fputs("hangs\n", stderr);
+    for (;;) {
+      (void)pause();
+    }
   }
   return spoils(p, "error", step) ? fmi2Error : real(p->real, time, size, final);
 }

@@ -123,7 +123,7 @@ def ended(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) ->
 
 
 @pytest.mark.sample(3)
-@pytest.mark.parametrize("motion", drawn(SEED, COUNT), ids=str)
+@pytest.mark.parametrize("motion", list(drawn(SEED, COUNT)), ids=str)
 def test_motion_is_refused_before_power_or_lands(
     motion: Motion, hexapod_ssp: Path, tmp_path: Path
 ) -> None:
@@ -132,7 +132,7 @@ def test_motion_is_refused_before_power_or_lands(
 
 
 @pytest.mark.sample(1)
-@pytest.mark.parametrize("motion", drawn(SEED + 1, 12), ids=str)
+@pytest.mark.parametrize("motion", list(drawn(SEED + 1, 12)), ids=str)
 def test_motion_of_another_machine_is_refused_before_power_or_lands(
     motion: Motion, hexapod_ssp: Path, machine_ssp: Path, tmp_path: Path
 ) -> None:

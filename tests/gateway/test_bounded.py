@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import signal
 from pathlib import Path
 
 import pytest
 
 from tests.gateway.archives import Spoil, spoiled
-from tests.gateway.bench import Bench, columns
+from tests.gateway.bench import Bench, Process, columns, never_enabled
 from tests.gateway.fault_table import Row, Table
 from tests.gateway.test_falls import LATE
 from tests.gateway.test_faults import time_ms
@@ -62,6 +63,29 @@ def test_loop_that_hangs_in_an_fmu_ends_and_keeps_what_it_recorded(
     assert re.search(r"# trip: hung: F hangs", trip.read_text())
     assert columns(trip)["cycle"][-1] == RESTS
     table.add(Row("FMU never returns", "hung", "watchdog of the drives", None, None))
+
+
+def test_fmu_that_hangs_before_power_is_ended_by_ctrl_c(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """The model that judges the motion never returns; no frame has been sent."""
+    bad = spoiled(hexapod_ssp, Spoil("F-model", 0, "hang"), tmp_path / "bad.ssp")
+
+    def interrupt(gateway: Process) -> None:
+        assert gateway.stderr
+        assert any("hangs" in line for line in gateway.stderr)
+        gateway.send_signal(signal.SIGINT)
+
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, during=interrupt)
+    assert ran.code == -signal.SIGINT
+    never_enabled(ran)
+
+
+def test_fmu_that_fails_before_power_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """The model that judges the motion; a landing would want it, too."""
+    bad = spoiled(hexapod_ssp, Spoil("F-model", 40, "error"), tmp_path / "bad.ssp")
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp)
+    assert ran.code == 3, ran.words
+    assert "F-model: fmi2DoStep" in str(ran.one("refused")["message"])
+    never_enabled(ran)
 
 
 @hanging

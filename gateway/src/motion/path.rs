@@ -51,6 +51,10 @@ impl Path {
         let stop = path.stop();
         let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - stop[k]).abs()));
         path.travel = (PEAK * far / pace.speed / pace.base_step).ceil() as u32;
+        if path.travel > 0 {
+            // a way of a few cycles would take an acceleration that no axis gives
+            path.travel = path.travel.max(cycles(pace.brake));
+        }
         path
     }
 

@@ -63,6 +63,20 @@ fn a_path_has_no_step_in_position_or_rate_and_keeps_its_speed() {
     }
 }
 
+/// The acceleration of the smooth motion is at most 10 / sqrt(3) times its way over the square of its time.
+#[test]
+fn a_short_way_takes_no_larger_acceleration_than_one_in_the_time_of_a_brake() {
+    for far in [1e-9, 1e-6, 1e-4, 5e-3, 0.013] {
+        let path = Path::new(REST, [0.0; AXES], REST.map(|angle| angle + far), pace());
+        let most = 5.78 * far / (pace().brake * pace().brake);
+        for k in 0..path.cycles() {
+            let thetadd = path.motion(k).thetadd[0].abs();
+            // differences of angles of 0.4 rad have so many digits
+            assert!(thetadd < most + 1e-8, "{far} rad, cycle {k}: {thetadd} rad/s2");
+        }
+    }
+}
+
 #[test]
 fn a_machine_at_rest_starts_without_braking() {
     let path = Path::new(REST, [0.0; AXES], [0.0; AXES], pace());

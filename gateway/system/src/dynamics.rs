@@ -58,7 +58,7 @@ impl Dynamics {
         }
         let members = [kinematics, model];
         let layout = Layout::new(system, &members);
-        let mut inline = Inline::open(system, &members, &layout)?;
+        let mut inline = Inline::beside(system, &members, &layout, "model")?;
         starts(system, model, kinematics, (&layout, inline.bus_mut()));
         let mut inputs = [[0; AXES]; 3];
         for (slots, name) in inputs.iter_mut().zip(["theta", "thetad", "thetadd"]) {

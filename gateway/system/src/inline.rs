@@ -55,8 +55,29 @@ impl Watch {
 
 impl Inline {
     pub fn open(system: &System, members: &[&Component], layout: &Layout) -> Result<Inline, Error> {
-        let units = members.iter().map(|m| layout.unit(system, m));
-        let units = units.collect::<Result<Vec<_>, _>>()?;
+        Inline::named(system, members, layout, |name| name.to_owned())
+    }
+
+    /// Instances of their own beside those of the run: FMI wants each to have a name of its own, `F-model`.
+    pub fn beside(
+        system: &System,
+        members: &[&Component],
+        layout: &Layout,
+        purpose: &str,
+    ) -> Result<Inline, Error> {
+        Inline::named(system, members, layout, |name| format!("{name}-{purpose}"))
+    }
+
+    fn named(
+        system: &System,
+        members: &[&Component],
+        layout: &Layout,
+        name: impl Fn(&str) -> String,
+    ) -> Result<Inline, Error> {
+        let unit = |m: &&Component| {
+            layout.unit(system, m).map(|unit| Unit { name: name(&unit.name), ..unit })
+        };
+        let units = members.iter().map(unit).collect::<Result<Vec<_>, _>>()?;
         let turns = turns(&units.iter().map(|unit| unit.period).collect::<Vec<_>>());
         let member = |(unit, turn): (&Unit, i64)| Member {
             name: unit.name.clone(),

@@ -54,7 +54,7 @@ impl Kinematics {
     pub fn of(system: &System, reference: &str) -> Result<Option<Kinematics>, Error> {
         let Some(component) = fed(system, reference) else { return Ok(None) };
         let layout = Layout::new(system, &[component]);
-        let inline = Inline::open(system, &[component], &layout)?;
+        let inline = Inline::beside(system, &[component], &layout, "gain")?;
         let name = component.name().to_owned();
         let output = |variable: &str| {
             let slot = layout.find(&name, &format!("xd.{variable}"));

@@ -44,7 +44,7 @@ impl Planned {
         let listed = system.components().iter().filter(|c| names.contains(&c.name()));
         let members: Vec<&Component> = listed.collect();
         let layout = Layout::new(system, &members);
-        let mut inline = Inline::open(system, &members, &layout)?;
+        let mut inline = Inline::beside(system, &members, &layout, "ahead")?;
         inline.publish(0, &layout).map_err(|t| Error::new(t.message))?;
         let mut outputs = [[0; AXES]; 3];
         for (slots, name) in outputs.iter_mut().zip(["theta", "thetad", "thetadd"]) {
