@@ -34,7 +34,7 @@ MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
 FITS = 6
-"""Fits until each axis has the variance of what is left there."""
+"""Fits until each axis has the weight of what is left there."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
 """Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
 
@@ -169,9 +169,9 @@ def _weighted(
 
 
 def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Regression, float]:
-    """The base model and friction fitted from its values on, each axis with the variance of what is
-    left there, if that is more than noise, and the machine file's values as far off as it takes;
-    and by how much that is, as of `freely`.
+    """The base model and friction fitted from its values on, each axis with a weight of what is
+    left there, and the machine file's values as far off as it takes; and by how much that is, as of
+    `freely`.
 
     Widths and delay are common to axes. One on which the model lacks much has no more say over them
     than it has for itself.
@@ -180,9 +180,7 @@ def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Regr
     free, off = freely(model.regression, count)
     for _ in range(FITS):
         left = model.residual(free.q)
-        white = [model.white(i, [own[:, i] for own in left]) for i in range(model.base.n)]
-        size = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in white]
-        even = replace(noise, scale=np.maximum(noise.scale, size))
+        even = _even(replace(model, noise=noise), left)
         values = _moved(model, free.q)
         there = about(model.base, model.blocks, values, even, (), given, model.errors)
         model = with_friction(there).doubted(left)
@@ -191,10 +189,11 @@ def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Regr
 
 
 def _even(model: Calibrated, left: Sequence[Array]) -> Noise:
-    """The noise, of each axis as large as what is left there (m, n) [N m] of each block."""
+    """The noise, of each axis as many times larger as the model leaves more (m, n) [N m] of it than
+    of the axis that it explains best, each relative to its noise."""
     white = [model.white(i, [own[:, i] for own in left]) for i in range(model.base.n)]
-    size = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in white]
-    return replace(model.noise, scale=np.maximum(model.noise.scale, size))
+    size = np.array([max(float(np.sqrt((own**2).mean())), 1.0) for own in white])
+    return replace(model.noise, scale=model.noise.scale * size / size.min())
 
 
 def beside(fit: Joint) -> Calibrated:

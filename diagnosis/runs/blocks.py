@@ -165,8 +165,15 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
         passes = [run for run in runs if run.trajectory == trajectory]
         at = _instants(base, passes, spacing, least)
         listed += [_block(base, run, at) for run in passes]
-    moves = moving(listed, base.window, spacing)
+    usable = [block.usable for block in listed]
+    moves = moving([_smooth(block) for block in listed], usable, base.window, spacing)
     return [replace(block, moves=own) for block, own in zip(listed, moves, strict=True)]
+
+
+def _smooth(block: Block) -> tuple[Array, Array, Array]:
+    """Angles, rates and accelerations (m, n)."""
+    motion = block.run.motion
+    return block.smooth(motion.theta), block.smooth(motion.thetad), block.smooth(motion.thetadd)
 
 
 def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:

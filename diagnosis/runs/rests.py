@@ -4,15 +4,13 @@ nothing about the model."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label, maximum_filter1d
 
-if TYPE_CHECKING:
-    from flexhex.diagnosis.runs.blocks import Block
-
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 SLOW = 0.05
 """Rate, relative to its RMS, below which an axis may rest."""
 TRAVEL = 0.01
@@ -22,25 +20,30 @@ TURN = 3.0
 """Times that a reversal at the RMS acceleration takes, beyond which an axis that is slow rests."""
 
 
-def moving(blocks: Sequence[Block], window: float, spacing: float) -> list[NDArray[np.bool_]]:
-    """Rows (m, n) of each block in which an axis moves.
+def moving(
+    motions: Sequence[tuple[Array, Array, Array]],
+    usable: Sequence[Mask],
+    window: float,
+    spacing: float,
+) -> list[Mask]:
+    """Rows (m, n) of each run in which an axis moves; motions: smoothed angles, rates and
+    accelerations (m, n) of each, usable (m,).
 
     It rests where it is slow for longer than it takes to turn, and stays at its place meanwhile; a
     row whose smoothing window [s] reaches into such a time says nothing either. spacing: time
     between rows [s].
     """
-    names = ("theta", "thetad", "thetadd")
-    smooth = {x: [b.smooth(getattr(b.run.motion, x)) for b in blocks] for x in names}
-    seen = {
-        x: np.concatenate([v[b.usable] for v, b in zip(values, blocks, strict=True)])
-        for x, values in smooth.items()
-    }
-    rate, pace = (np.sqrt((seen[x] ** 2).mean(axis=0)) for x in ("thetad", "thetadd"))
-    slow, near = SLOW * rate, TRAVEL * np.ptp(seen["theta"], axis=0)
+    angles, rates, paces = zip(*motions, strict=True)
+    seen = [
+        np.concatenate([v[good] for v, good in zip(values, usable, strict=True)])
+        for values in (angles, rates, paces)
+    ]
+    rate, pace = (np.sqrt((values**2).mean(axis=0)) for values in seen[1:])
+    slow, near = SLOW * rate, TRAVEL * np.ptp(seen[0], axis=0)
     turn = TURN * 2 * slow / np.maximum(pace, np.finfo(float).tiny)
     width = 2 * int(np.ceil(window / spacing / 2)) + 1
-    moving_rows = []
-    for speed, angle in zip(smooth["thetad"], smooth["theta"], strict=True):
+    moving_rows = list[Mask]()
+    for speed, angle in zip(rates, angles, strict=True):
         still = maximum_filter1d(np.abs(speed), width, axis=0) < slow
         for i in range(still.shape[1]):
             numbers, count = label(still[:, i])

@@ -27,7 +27,12 @@ def others(model: Calibrated) -> Sequence[ChangedParameter]:
             if known.group not in (known.name, owner):
                 bodies.setdefault(known.group, []).append(place)
     whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
-    return [*single, *whole, *_heavier(model, bodies), *_wrong_file(model, single)]
+    heavy = list(_heavier(model, bodies))
+    # a mass that is another one has moments: alone it would be a point on the axis of its joint
+    moments = {p for body in heavy if len(body.places) > 1 for p in body.places}
+    masses = {p for p in moments if model.known[p].unit == MASSES[0]}
+    alone = [one for one in single if not masses & {*one.places}]
+    return [*alone, *whole, *heavy, *_wrong_file(model, single)]
 
 
 def _wrong_file(model: Calibrated, single: Sequence[ChangedParameter]) -> Iterator[WrongFile]:

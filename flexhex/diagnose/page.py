@@ -77,6 +77,8 @@ def _strips(diagnosis: Diagnosis) -> list[PageSection]:
     )
     if len(diagnosis.strips) > 1:
         text += " The buttons choose the axis."
+    if diagnosis.residual.resting.any():
+        text += " No model is drawn while an axis rests, as dry friction carries any torque then."
     drawn = strip_figures(diagnosis.strips, matters(diagnosis))
     return [PageSection("Torque over time", text, figures=drawn, timed=True)]
 

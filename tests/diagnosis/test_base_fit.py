@@ -131,13 +131,9 @@ def test_line_is_orthonormal() -> None:
 def resting(angle: Array, rate: Array, spacing: float) -> NDArray[np.bool_]:
     """Rows (m,) in which one axis moves."""
     faster = np.gradient(rate, spacing)
-    columns = {"theta": angle, "thetad": rate, "thetadd": faster}
-    motion = SimpleNamespace(**{k: v[:, None] for k, v in columns.items()})
+    motion = angle[:, None], rate[:, None], faster[:, None]
     usable = np.ones(len(angle), dtype=bool)
-    block: Any = SimpleNamespace(
-        run=SimpleNamespace(motion=motion), usable=usable, smooth=lambda values: values
-    )
-    return moving([block], 4 * spacing, spacing)[0][:, 0]
+    return moving([motion], [usable], 4 * spacing, spacing)[0][:, 0]
 
 
 def test_axis_that_stands_says_nothing_nor_do_rows_next_to_it() -> None:

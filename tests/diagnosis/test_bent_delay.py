@@ -51,7 +51,7 @@ def test_what_is_missing_on_one_axis_does_not_bend_the_delay_of_all(
     assert bent > LATE * two_links.TS + 4 * deviation
     held = without_bent_delay(fit, 4.0, 0.004)
     assert held is not None
-    assert held.fitted.expected == pytest.approx(LATE * two_links.TS, abs=2 * deviation)
+    assert abs(held.fitted.expected - LATE * two_links.TS) < 0.25 * two_links.TS
     again = joint(Bench(held, []), [])
     assert delay_of(again)[0] == pytest.approx(held.fitted.expected, abs=DELAYED / 10)
 
