@@ -28,9 +28,12 @@ def others(model: Calibrated) -> Sequence[ChangedParameter]:
                 bodies.setdefault(known.group, []).append(place)
     whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
     heavy = list(_heavier(model, bodies))
-    # a mass that is another one has moments: alone it would be a point on the axis of its joint
-    moments = {p for body in heavy if len(body.places) > 1 for p in body.places}
-    masses = {p for p in moments if model.known[p].unit == MASSES[0]}
+    # a mass that is another one has moments: alone it would be a point at the joint, which only
+    # what carries payloads may have
+    units = {p: model.known[p].unit for body in heavy for p in body.places}
+    solid = [body for body in heavy if any(units[p] == MASSES[1] for p in body.places)]
+    masses = {p for body in solid for p in body.places if units[p] == MASSES[0]}
+    masses -= {*model.base.payload}
     alone = [one for one in single if not masses & {*one.places}]
     return [*alone, *whole, *heavy, *_wrong_file(model, single)]
 

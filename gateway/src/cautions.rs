@@ -81,7 +81,7 @@ impl Display for Caution {
             Caution::Damp(_) => write!(
                 f,
                 "reactions.{rules} = damp: a torque without its encoder does not hold a leg. In the tests an axis \
-                 reached 1.20 rad/s in a lift-off and 2.31 rad/s in a landing, with `zero` and braking \
+                 reached 0.67 rad/s in a lift-off and 1.16 rad/s in a landing, with `zero` and braking \
                  drives below 1 rad/s: keep `zero` unless the drives cannot brake (0x605A to 0x605E)"
             ),
             Caution::Encoder(_) => write!(

@@ -167,18 +167,12 @@ pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, Mismatch
         weight[axis] = start.ok_or_else(|| missing(&input))?;
     }
     let gains = Gains { kp, t_i: value("t_i")?, t_d: value("t_d")?, t_f: value("t_f")? };
-    Ok(Mechanics { gains, weight, torque: landing.torque, pace: pace(config, system) })
-}
-
-/// Pace of lift-off and landing.
-pub fn pace(config: &Config, system: &System) -> Pace {
-    let l = &config.landing;
-    Pace {
-        speed: l.speed,
-        brake: f64::from(l.brake_ms) * 1e-3,
-        pause: f64::from(l.hold_ms) * 1e-3,
-        base_step: system.base_step(),
-    }
+    Ok(Mechanics {
+        gains,
+        weight,
+        torque: landing.torque,
+        pace: Pace::of(landing, system.base_step()),
+    })
 }
 
 /// Cycles of a landing through the whole range of angles.
@@ -186,6 +180,7 @@ pub fn longest_landing(config: &Config, system: &System) -> usize {
     let axes = (0..AXES).map(|k| config.limits(k));
     let low = axes.clone().map(|l| l.position_min).fold(f64::INFINITY, f64::min);
     let high = axes.map(|l| l.position_max).fold(f64::NEG_INFINITY, f64::max);
-    let path = Path::new([high; AXES], [1e-9; AXES], [low; AXES], pace(config, system));
+    let pace = Pace::of(&config.landing, system.base_step());
+    let path = Path::new([high; AXES], [1e-9; AXES], [low; AXES], pace);
     path.cycles() as usize
 }

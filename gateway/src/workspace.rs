@@ -6,7 +6,6 @@ use flexhex_system::{Dynamics, Error, Gain, Kinematics, Motion, System};
 use crate::config::{Config, Homed, PoseLimit, AXES};
 use crate::motion::{Pace, Path};
 use crate::obstacle::Obstacle;
-use crate::session;
 
 type Axes = [f64; AXES];
 
@@ -64,7 +63,7 @@ impl Workspace {
             at,
             rest,
             dynamics: Dynamics::of(system, &config.system.reference, &config.system.feedforward)?,
-            pace: session::pace(config, system),
+            pace: Pace::of(&config.landing, system.base_step()),
             torque: config.landing.torque,
             within: std::array::from_fn(|k| {
                 let limits = config.limits(k);

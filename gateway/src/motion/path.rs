@@ -2,7 +2,7 @@
 
 use flexhex_system::Motion;
 
-use crate::config::AXES;
+use crate::config::{Landing, AXES};
 
 type Angles = [f64; AXES];
 
@@ -31,6 +31,18 @@ pub struct Pace {
     /// Between braking and moving, and at the end.
     pub pause: f64,
     pub base_step: f64,
+}
+
+impl Pace {
+    /// That of lift-off and landing.
+    pub fn of(landing: &Landing, base_step: f64) -> Pace {
+        Pace {
+            speed: landing.speed,
+            brake: f64::from(landing.brake_ms) * 1e-3,
+            pause: f64::from(landing.hold_ms) * 1e-3,
+            base_step,
+        }
+    }
 }
 
 impl Path {
