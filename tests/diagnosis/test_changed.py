@@ -26,7 +26,6 @@ from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.others import others
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import rows_of
@@ -94,22 +93,6 @@ def test_each_rotor_may_have_another_inertia() -> None:
     heavier_ones = [c for c in hypotheses.changes if isinstance(c, HeavierBody)]
     assert [c.places for c in heavier_ones] == [(0, 1), (0,), (1,)]
     assert [c.direction.tolist() for c in heavier_ones[1:]] == [[0.5 / 0.1]] * 2
-
-
-def test_mass_of_a_link_changes_with_its_moments() -> None:
-    """That of what carries payloads may change alone, and that of a slide has no moments."""
-    known = [
-        *(Known(f"{body}.{name}", unit, 1.0, 0.1, body, None)
-          for body in ("link", "tool") for name, unit in (("m", "kg"), ("mc_x", "kg m"))),
-        *(Known(f"m[{i + 1}]", "kg", 1.0, 0.1, "m", i) for i in range(2)),
-    ]  # fmt: skip
-    base = SimpleNamespace(linear=known, payload=(2, 3))
-    model: Any = SimpleNamespace(known=known, scale=np.full(6, 0.1), base=base, off=1.0)
-    listed = others(model)
-    alone = [one.places for one in listed if type(one) is ChangedParameter]
-    assert (0,) not in alone
-    assert {(1,), (2,), (3,), (4,), (5,)} <= {*alone}
-    assert (0, 1) in [one.places for one in listed if isinstance(one, HeavierBody)]
 
 
 def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,9 +56,8 @@ def test_wrong_file_is_asked_for_where_a_fit_finds_it_off(off: float, times: lis
     known = [Known(f"m[{k}]", "kg", 2.0, 0.1, "m") for k in range(3)]
     more = Known("delay", "s", 0.0, 1e-3, "delay")
     hypotheses = Hypotheses.__new__(Hypotheses)
-    model: Any = SimpleNamespace(
-        known=[*known, more], scale=np.full(4, 0.1), base=SimpleNamespace(linear=known), off=off
-    )
+    base = SimpleNamespace(linear=known, payload=())
+    model: Any = SimpleNamespace(known=[*known, more], scale=np.full(4, 0.1), base=base, off=off)
     hypotheses.rows = SimpleNamespace(model=model)  # type: ignore[assignment]
     wrong = [c for c in hypotheses.changes if isinstance(c, WrongFile)]
     assert [c.deviation(USUAL) for c in wrong] == times
