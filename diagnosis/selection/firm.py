@@ -20,6 +20,8 @@ from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
+INTERVAL = 1.96
+"""Deviations to either end of an interval that holds 95 %."""
 
 
 def firm(
@@ -48,7 +50,8 @@ def firm(
         ]
         if max((size for size, _ in below), default=0.0) > 0:
             worst = max(range(len(order)), key=lambda k: below[k][0])
-            kept = _held(kept, order[worst], below[worst][1], simpler)
+            surely = below[worst][0] > INTERVAL
+            kept = _held(kept, order[worst], below[worst][1], simpler, surely)
         elif min(fit.sure, default=np.inf) < criteria.deviations:
             kept.remove(order[int(np.argmin(fit.sure))])
         elif plain := _plain(order, fit.further, simpler, criteria):
@@ -72,10 +75,12 @@ def _plain(
     return None
 
 
-def _in_place(one: Accepted, part: Score) -> Accepted:
-    """A simpler effect in the place of one that extends it."""
-    rivals = tuple(r for r in one.rivals if r.hypothesis.id != part.hypothesis.id)
-    return replace(one, score=part, rivals=rivals, fuller=())
+def _in_place(one: Accepted, part: Score, surely: bool = False) -> Accepted:
+    """A simpler effect in the place of one that extends it, which the search has chosen: so that
+    remains its rival, unless it is `surely` no more than the simpler one."""
+    others = [r for r in one.rivals if r.hypothesis.id != part.hypothesis.id]
+    rivals = others if surely else [one.score, *others]
+    return replace(one, score=part, rivals=tuple(rivals), fuller=())
 
 
 def _below(accepted: Accepted, gains: Array, deviation: Array) -> tuple[float, int]:
@@ -88,14 +93,18 @@ def _below(accepted: Accepted, gains: Array, deviation: Array) -> tuple[float, i
 
 
 def _held(
-    kept: Sequence[Accepted], one: Accepted, place: int, simpler: Mapping[tuple[str, Axis], Score]
+    kept: Sequence[Accepted],
+    one: Accepted,
+    place: int,
+    simpler: Mapping[tuple[str, Axis], Score],
+    surely: bool,
 ) -> list[Accepted]:
-    """The same with a gain of one of them held at zero."""
+    """The same with a gain of one of them held at zero, below which it `surely` is."""
     effect, still = _effect(one), {*one.score.still, place}
     part = simpler.get((effect.extends, effect.axis))
     fewer = replace(one, score=replace(one.score, still=tuple(sorted(still))))
     if part is not None and still == {*range(1, effect.width)}:
-        fewer = _in_place(one, part)
+        fewer = _in_place(one, part, surely)
     left = [fewer if each is one else each for each in kept]
     return [each for each in left if len(each.score.still) < _effect(each).width]
 

@@ -24,6 +24,8 @@ from flexhex.diagnosis.selection.rows import Rows
 Array = NDArray[np.float64]
 ARGUMENTS, LOADED, PLACES = ("angle", "rate"), ("angle", "rate", "torque"), 5
 """What a factor is smooth in, the same of what goes with the torque; places along each range."""
+STEPS = 20
+"""Times that errors of form that are too large are made smaller, at most."""
 
 
 def form_errors(
@@ -50,11 +52,39 @@ def inexact(moments: Moments, error: Term) -> float:
     """
     fit, place = moments.fit(None), moments.place(error)
     factors = np.arange(place.start, place.stop - 1)  # the last column is a shift in time
-    squares = moments.prior[factors] * fit.q[factors] ** 2
+    squares = error.prior[:-1] * fit.q[factors] ** 2
     variances = np.diag(fit.solve(np.eye(moments.m)[:, factors])[factors])
     determined = np.clip(1.0 - moments.prior[factors] * variances, 0.0, 1.0)
     mean = (1.0 + squares.sum()) / (1.0 + determined.sum())
     return float(np.sqrt(min(mean, 1.0)))
+
+
+def limited(moments: Moments, pairs: Sequence[tuple[Term, Term]], most: float) -> Moments:
+    """The model in which errors of form are no larger than they may be: terms of effects and of
+    the errors of their form; most: how large these may be relative to the effect (RMS).
+
+    What many rows ask for outweighs a standard deviation that was thought before: friction without
+    what grows with the rate would be bent until it has that, too.
+    """
+    tight = dict.fromkeys((error for _, error in pairs), 1.0)
+    model = moments.tightened(tight)
+    for _ in range(STEPS):
+        sizes = {error: _size(model, term, error) / most for term, error in pairs}
+        if max(sizes.values(), default=0.0) <= 1.0:
+            break
+        tight |= {e: tight[e] * (1.0 + size) for e, size in sizes.items() if size > 1.0}
+        model = moments.tightened(tight)
+    return model
+
+
+def _size(moments: Moments, term: Term, error: Term) -> float:
+    """How large the error of form of an effect is beside it, RMS; the shift in time is none."""
+    whole, wrong = np.zeros((2, moments.m))
+    own, factors = moments.place(term), moments.place(error)
+    factors = slice(factors.start, factors.stop - 1)
+    whole[own], wrong[factors] = (moments.fit(None).q[place] for place in (own, factors))
+    torque = float(np.linalg.norm(moments.sizes(whole)))
+    return float(np.linalg.norm(moments.sizes(wrong))) / torque if torque > 0 else 0.0
 
 
 def mean_error(relative: float) -> float:

@@ -32,7 +32,8 @@ class Term:
 class Moments:
     """The base model with accepted terms: y = X c, c (m,) the base's and the terms' columns.
 
-    freed: inverse variances of base parameters that left their tolerances, by their place.
+    freed: inverse variances of base parameters that left their tolerances, by their place; tight:
+    how many times the inverse variances of a term are its own.
     """
 
     def __init__(
@@ -40,14 +41,15 @@ class Moments:
         rows: Rows,
         terms: Sequence[Term] = (),
         freed: Mapping[int, float] = MappingProxyType({}),
+        tight: Mapping[Term, float] = MappingProxyType({}),
     ) -> None:
-        self.rows, self.terms, self.freed = rows, tuple(terms), freed
+        self.rows, self.terms, self.freed, self.tight = rows, tuple(terms), freed, tight
         ends = rows.nb + np.cumsum([0, *(len(term.prior) for term in terms)])
         self._places = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.m = int(ends[-1])
         prior, places = rows.prior.copy(), list(freed)
         prior[places] = np.array(list(freed.values())) * rows.doubt[places]
-        self.prior = np.concatenate([prior, *(t.prior for t in terms)])
+        self.prior = np.concatenate([prior, *(t.prior * tight.get(t, 1.0) for t in terms)])
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
         self._squares: dict[int, Array] = {}  # of the first columns, as far as they were asked for
@@ -114,7 +116,7 @@ class Moments:
 
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
-        longer = Moments(self.rows, (*self.terms, term), self.freed)
+        longer = Moments(self.rows, (*self.terms, term), self.freed, self.tight)
         longer._twins = dict(self._twins)
         across = longer.twins(term)
         for fold in self.rows.folds:
@@ -137,7 +139,7 @@ class Moments:
         gone = np.concatenate([np.arange(self.m)[self.place(term)] for term in terms])
         kept = np.setdiff1d(np.arange(self.m), gone)
         left = [t for t in self.terms if t not in terms]
-        shorter = Moments(self.rows, left, self.freed)
+        shorter = Moments(self.rows, left, self.freed, self.tight)
         shorter._twins = {t: self.twins(t) for t in shorter.terms}
         own = np.ix_(kept, kept)
         shorter._grams = {f: (G[own], b[kept]) for f, (G, b) in self._grams.items()}
@@ -157,9 +159,17 @@ class Moments:
 
     def loosened(self, places: Sequence[int], prior: float) -> Moments:
         """With another inverse variance of base parameters."""
-        looser = Moments(self.rows, self.terms, {**self.freed, **dict.fromkeys(places, prior)})
-        looser._grams, looser._twins, looser._squares = self._grams, self._twins, self._squares
-        return looser
+        return self._again({**self.freed, **dict.fromkeys(places, prior)}, self.tight)
+
+    def tightened(self, tight: Mapping[Term, float]) -> Moments:
+        """With the inverse variances of terms times so much."""
+        return self._again(self.freed, tight)
+
+    def _again(self, freed: Mapping[int, float], tight: Mapping[Term, float]) -> Moments:
+        """The same products beside another prior."""
+        other = Moments(self.rows, self.terms, freed, tight)
+        other._grams, other._twins, other._squares = self._grams, self._twins, self._squares
+        return other
 
     def grams(self, fold: int) -> tuple[Array, Array]:
         """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes; of a model with terms

@@ -14,8 +14,9 @@ from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.survey import Step, beside, steps_of
 
 Array = NDArray[np.float64]
-HALVINGS = 4
-"""Of the distance between shapes of a grid."""
+HALVINGS, FLAT = 16, 0.5
+"""Of the distance between shapes of a grid, at most; difference of evidence [nats] below which a
+step is no more than a standard deviation of the shape."""
 GOOD = 0.5
 """Part of the best evidence from which another peak of a grid may end higher."""
 
@@ -24,7 +25,8 @@ def refined(
     moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
 ) -> tuple[EffectHypothesis, dict[Left, Tried]]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
-    each peak of the grid, half the distance to its neighbours each time."""
+    each peak of the grid, half the distance to its neighbours each time, until that changes next to
+    nothing."""
     starts = [effect.shapes[k] for k in peaks(effect.shapes, fits[None].evidence)]
     ends = [_uphill(moments, hypotheses, effect, start) for start in starts]
     return max(ends, key=lambda end: float(end[1][None].evidence[0]))
@@ -52,6 +54,7 @@ def _uphill(
     best = hypotheses.shaped(effect, start)
     fits = tried(moments, best)
     for level in range(1, HALVINGS + 1):
+        steep = False
         for shape in hypotheses.searched(effect):
             now, name = best.shapes[0], shape.name
             below, above = _way(effect, start, name)
@@ -59,10 +62,14 @@ def _uphill(
             beside = [{**now, name: v} for v in np.clip(values, shape.low, shape.high).tolist()]
             # both in one go, which reads the base model's columns once
             trials = tried(moments, hypotheses.shaped(effect, *beside))
-            higher = int(np.argmax(trials[None].evidence))
-            if trials[None].evidence[higher] > fits[None].evidence[0]:
+            rise = trials[None].evidence - fits[None].evidence[0]
+            steep |= bool((np.abs(rise) > FLAT).any())
+            higher = int(np.argmax(rise))
+            if rise[higher] > 0:
                 best = hypotheses.shaped(effect, beside[higher])
                 fits = {left: trial.of(higher) for left, trial in trials.items()}
+        if not steep:
+            break
     return best, fits
 
 

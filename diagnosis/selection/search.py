@@ -23,7 +23,7 @@ from flexhex.diagnosis.selection.choose import (
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.feedback import answers, noisy
-from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors, inexact
+from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors, inexact, limited
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -33,6 +33,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments, Term
+from flexhex.diagnosis.selection.parts import in_parts
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.scores import (
     Score,
@@ -83,27 +84,14 @@ class Search:
             wanted = self.stale & self._against(accepted)
             if not wanted:
                 answered = self._answer(accepted)
-                return self.next(number) if answered else (self._in_parts(accepted, listed), listed)
+                return self.next(number) if answered else (self._whole(accepted, listed), listed)
             for axis in wanted:
                 self.scores[axis] = self._of(axis)
             self.stale = self.stale - wanted
 
-    def _in_parts(self, accepted: Accepted | None, listed: Sequence[Score]) -> Accepted | None:
-        """The part of an effect in the place of the whole, if this and a second effect together
-        predict as well in no more free numbers."""
-        if accepted is None or not accepted.score.hypothesis.extends:
-            return accepted
-        whole, axis = accepted.score, accepted.score.hypothesis.axis
-        parts = [s for s in listed if s.hypothesis.id == whole.hypothesis.extends]
-        for part in (s for s in parts if s.hypothesis.axis == axis):
-            moments = self.moments.extended(effect_term(self.moments, self.hypotheses, part))
-            known, most = [*self.known(), part], whole.hypothesis.freedom - part.hypothesis.freedom
-            others = effect_scores(moments, self.hypotheses, known, self.criteria, [axis])
-            for other in (s for s in others if s.hypothesis.freedom <= most):
-                gain, error = part.gain + other.gain, form_error(whole, self.criteria)
-                if as_good(gain, whole.gain, error, self.criteria) and other.gain > self.bars.first:
-                    return replace(accepted, score=part, fuller=(whole,))
-        return accepted
+    def _whole(self, accepted: Accepted | None, listed: Sequence[Score]) -> Accepted | None:
+        beside, known = (self.moments, self.hypotheses), self.known()
+        return in_parts(*beside, accepted, listed, known, self.bars, self.criteria)
 
     def _answer(self, accepted: Accepted | None) -> bool:
         """Whether feedback's answer to noise is in the model now, in the place of this."""
@@ -200,6 +188,8 @@ class Search:
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, accepted)
         self.terms.insert(place, terms)
+        pairs = [(t[0], t[1]) for t in self.terms if t]
+        self.moments = limited(self.moments, pairs, self.criteria.form_error)
 
     def _terms(self, score: Score) -> tuple[Term, Term]:
         """An effect, with how it turns over, and the error of its form."""

@@ -15,7 +15,7 @@ from gc import collect
 from math import log
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.selection.bars import bars_of, form_error, passes
+from flexhex.diagnosis.selection.bars import bars_of, passes
 from flexhex.diagnosis.selection.choose import Accepted, as_good, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.evidence import evidence_of, together
@@ -28,6 +28,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     Payload,
 )
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
+from flexhex.diagnosis.selection.parts import with_wholes
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, generic_score
@@ -127,7 +128,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
     ]
     hypotheses.forget()
     return Selection(
-        tuple(one_cause(search.judged())),
+        tuple(one_cause(with_wholes(search.judged(), criteria))),
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
         before,
@@ -151,12 +152,11 @@ def _nameless(search: Search, axis: int) -> tuple[Score, Score | None]:
         return beside, None
     terms = [term for _, both in own for term in both]
     other = generic_score(moments.without(*terms), listed)
-    error = max(form_error(score, criteria) for score, _ in own)
     choices = sum(log(score.hypothesis.choices) for score, _ in own)
     gain = together(moments, terms) + max(beside.gain, 0.0) - choices
     whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices
     pairs = (gain, other.gain), (whole, other.whole)
-    as_well = any(as_good(mine, its, error, criteria) for mine, its in pairs)
+    as_well = any(as_good(mine, its, 0.0, criteria) for mine, its in pairs)
     return beside, None if as_well else other
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from flexhex.diagnosis.selection.choose import Accepted, one_cause, simplest
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+from flexhex.diagnosis.selection.parts import with_wholes
 from flexhex.diagnosis.selection.scores import Score
 
 
@@ -60,6 +62,22 @@ def test_fuller_form_is_a_rival_where_what_it_adds_is_worth_a_name(
     assert accepted.score.hypothesis.id == "coulomb"
     assert [score.hypothesis.id for score in accepted.rivals] == rivals
     assert [score.hypothesis.id for score in accepted.fuller] == ["stribeck"]
+
+
+@pytest.mark.parametrize(
+    ("better", "second", "rivals"),
+    [(100.0, False, ["stribeck"]), (1.0, False, []), (100.0, True, [])],
+)
+def test_whole_is_a_rival_of_a_part_that_stands_alone(
+    better: float, second: bool, rivals: list[str]
+) -> None:
+    """A part takes the place of the whole where a second effect makes up for the difference; that
+    may vanish, as the search goes on."""
+    part = scored_as("coulomb", 0, 1)
+    whole = replace(scored_as("stribeck", 0, 3), whole=part.whole + better)
+    beside = Accepted(scored_as("drag", 0 if second else 1, 1), (), 2)
+    first, _ = with_wholes([Accepted(part, (), 1, (whole,)), beside], USUAL)
+    assert [score.hypothesis.id for score in first.rivals] == rivals
 
 
 def test_same_effect_with_another_shape_is_no_name_of_its_own() -> None:

@@ -78,6 +78,23 @@ def test_friction_without_more_of_it_at_rest_has_the_simpler_name(tmp_path: Path
     assert [part.id for part in fit.parts] == ["coulomb_friction"]
 
 
+def test_fuller_form_that_is_not_sure_remains_a_rival(tmp_path: Path) -> None:
+    """A peak at rest of two standard errors: nothing says that it is there, nor that it is not."""
+    selection = chosen(
+        tmp_path,
+        lambda q, v, a: 0.1 * RMS * np.tanh(v / 0.001) * (1 + 0.03 * np.exp(-((v / 0.2) ** 2))),
+    )
+    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
+    effects = [hypotheses.effect(name, 0) for name in ("stribeck_friction", "coulomb_friction")]
+    zeros = np.zeros(len(hypotheses.rows.folds))
+    stribeck, coulomb = (Score(effect, 100.0, zeros, 0.05) for effect in effects)
+    peaked = replace(stribeck, shape=[s["v_s"] for s in effects[0].shapes].index(0.2))
+    accepted = [Accepted(peaked, (), 1)]
+    assert 0 < joint(selection.bench, grouped(selection.bench, accepted)).further[0] < 4
+    (kept,), _ = firm(selection.bench, accepted, USUAL, listed=[stribeck, coulomb])
+    assert (kept.score, kept.rivals) == (coulomb, (peaked,))
+
+
 def test_effect_whose_further_gains_may_be_zero_has_the_simpler_name(tmp_path: Path) -> None:
     """A fifth more friction at rest, for rates that these runs hardly have: not sure."""
     selection = chosen(

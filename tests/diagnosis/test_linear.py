@@ -25,7 +25,7 @@ from tests.diagnosis.sliding import SPRING, write
 slides = pytest.mark.sample(2, of="machines that slide")
 
 SLIDES = ("m", "N")
-FRICTION, COGGING = 0.12, 0.05
+FRICTION, COGGING = 0.1, 0.05
 HIDDEN = {"nothing": (0.0, 0.0), "friction": (FRICTION, 0.0), "cogging": (0.0, COGGING)}
 
 

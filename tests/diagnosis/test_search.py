@@ -70,7 +70,7 @@ def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
     assert "cogging_harmonic" in names(bump)
     assert bump.instead[0].hypothesis.id == "angle"
     assert nameless(bump, USUAL)[0].what == "angle"
-    wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(9.0 * q))
+    wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(15.0 * q))
     assert names(wave) == ["cogging_harmonic"]
     assert not wave.instead
 
