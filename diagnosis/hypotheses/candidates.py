@@ -221,7 +221,8 @@ class Bench:
             inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
             if place:
                 inputs = inputs.copy()
-                inputs[:, TORQUES] = self._elsewhere(place)[k][:, axis]
+                there = self._elsewhere(place)[k][:, axis]
+                inputs[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
             inputs_of_blocks.append(inputs[self.model.blocks[k].seen] if seen else inputs)
         return inputs_of_blocks
 

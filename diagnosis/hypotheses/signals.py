@@ -53,20 +53,21 @@ def entering(model: Calibrated) -> list[Array]:
 
 
 def passed_on(model: Calibrated) -> list[Array]:
-    """Reported torques less those of the rotors, and their rates (samples, n, 2), of each block:
-    what springs behind the rotors feel, in whichever way these let the links swing; as smooth as
-    their noise asks for where an acceleration follows from them."""
+    """Accelerations, reported torques less those of the rotors, and their rates (samples, n, 3), of
+    each block: what springs behind the rotors feel, in whichever way these let the links swing; as
+    smooth as the torques' noise asks for where an acceleration follows from them."""
     places, remaining = list(model.base.rotors), list[Array]()
     for block, reported in zip(model.blocks, entering(model), strict=True):
         motion = block.run.motion
         rotor = model.linear(block.run)[places] * motion.thetadd
-        remaining.append(reported[:, :, 0] - rotor)
+        remaining.append(np.stack([motion.thetadd, reported[:, :, 0] - rotor], axis=2))
     ts = model.blocks[0].run.motion.ts
     for axis in range(model.base.n):
-        points = _points(model, [torque[:, axis] for torque in remaining])
-        for torque in remaining:
-            torque[:, axis] = convolve1d(torque[:, axis], hann(points), mode="nearest")
-    return [np.stack([torque, np.gradient(torque, ts, axis=0)], axis=2) for torque in remaining]
+        points = _points(model, [both[:, axis, 1] for both in remaining])
+        for both in remaining:
+            both[:, axis] = convolve1d(both[:, axis], hann(points), axis=0, mode="nearest")
+    rates = [np.gradient(both[:, :, 1], ts, axis=0) for both in remaining]
+    return [np.dstack([both, rate]) for both, rate in zip(remaining, rates, strict=True)]
 
 
 def _points(model: Calibrated, torques: Sequence[Array]) -> int:

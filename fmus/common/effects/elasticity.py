@@ -8,14 +8,19 @@ from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain, S
 
 
 class JointElasticity(Effect):
-    """c tau [rad]: the encoder at the motor reads tau / k more than the link has turned, c = 1 / k.
+    """c tau - d theta'' [rad]: the encoder at the motor reads tau / k more than the link has
+    turned, c = 1 / k, of the torque tau that the rotor leaves.
 
-    First order of an elastic joint (Spong, 1987): the link follows without a mode of its own, which
-    a flexible mode would add.
+    An elastic joint (Spong, 1987) with the torque that is measured in the place of the spring's, so
+    that its mode is in it. How much the rotor leaves is known as well as its inertia is, which a
+    stiff machine hardly shows: d is c times what that is larger than the model has it.
     """
 
     id, title, acts_on = "joint_elasticity", "elastic joint", "measurement"
-    gains = (Gain("c", "rad/N m", 1e-4, 0.0, 0.05, "compliance"),)
+    gains = (
+        Gain("c", "rad/N m", 1e-4, 0.0, 0.05, "compliance"),
+        Gain("d", "s2", 1e-6, -0.05, 0.05, "compliance times what the rotor has more of inertia"),
+    )
     geared = True
     excites = "poses in which gravity loads the joint, then fast motion"
     confused_with = ("flexible_mode", "encoder_eccentricity")
@@ -27,7 +32,7 @@ class JointElasticity(Effect):
     )
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return s.tau
+        return ca.vertcat(s.tau, -s.thetadd)
 
 
 EFFECT = JointElasticity()
