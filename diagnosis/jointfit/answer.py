@@ -22,6 +22,7 @@ from flexhex.diagnosis.jointfit.stacked import (
     shape_names,
     stack,
 )
+from flexhex.diagnosis.jointfit.steps import stepped
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
 
@@ -160,7 +161,7 @@ def joint(
     regression = regression.extended(blended)
     shaped = shape_names(bench, parts)
     if shaped:
-        parts = _stepped(bench, regression, parts, shaped)
+        parts = stepped(bench, regression, parts, shaped)
     columns = Columns(None, np.hstack([regression.spread(part.columns) for part in parts]))
     _, beta = regression.fall(columns)
     q = regression.extended([columns]).q[:count]
@@ -197,27 +198,6 @@ def _regrouped(
         updated.append(replace(effect, parts=tuple(parts[at : at + len(effect.parts)])))
         at += len(effect.parts)
     return tuple(updated)
-
-
-def _stepped(
-    bench: Bench,
-    regression: Regression,
-    parts: Sequence[Part],
-    shaped: Sequence[tuple[int, str]],
-) -> list[Part]:
-    """All shapes after one Gauss-Newton step together, if that explains more."""
-    columns, tangents = stack(bench, regression, parts)
-    before, _ = regression.fall(Columns(None, columns))
-    _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
-    shapes = [dict(part.shape) for part in parts]
-    for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
-        shape = bench.scales.ranges(parts[k].id, parts[k].axis or 0)[name]
-        shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
-    moved = [part.moved(bench, shape) for part, shape in zip(parts, shapes, strict=True)]
-    after, _ = regression.fall(
-        Columns(None, np.hstack([regression.spread(part.columns) for part in moved]))
-    )
-    return moved if after > before else list(parts)
 
 
 def shares(fit: Joint) -> list[float]:
