@@ -31,8 +31,9 @@ class Compiled:
     by_way: its states follow the way that angles go: noise must not count as way.
     slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
     along: of (state, signals, shapes and time between two samples).
-    moved: it goes with motion and time alone, whatever a fit makes of the torque. start: states
-    (rows, states) of motions that have long gone on as in signals (rows, 6) of the axis.
+    moved: it goes with motion and time alone, whatever a fit makes of the torque. placed: it goes
+    with the angle of its axis alone. start: states (rows, states) of motions that have long gone on
+    as in signals (rows, 6) of the axis.
     """
 
     effect: Effect
@@ -42,6 +43,7 @@ class Compiled:
     by_way: bool = False
     slow: bool = False
     moved: bool = False
+    placed: bool = False
     start: Callable[[Array, Array], list[Array]] | None = None
 
     @property
@@ -112,12 +114,13 @@ def _is_alone(effect: Effect, n: int) -> bool:
     return not _depends(effect, n)[N_SIGNAL:].any()
 
 
-def _is_moved(effect: Effect, n: int) -> tuple[bool, bool]:
-    """Whether an effect on the torque depends on angle, rate and time of its axis alone; and on
-    motion and time alone, of any axis."""
+def _is_moved(effect: Effect, n: int) -> tuple[bool, bool, bool]:
+    """Whether an effect on the torque depends on angle, rate and time of its axis alone; on motion
+    and time alone, of any axis; and on the angle of its axis alone, at that instant."""
     depends, on = _depends(effect, n), effect.acts_on == "torque"
     torques = depends.reshape(-1, N_SIGNAL)[:, TORQUES].any()
-    return bool(on and not np.delete(depends, [0, 1, 5]).any()), bool(on and not torques)
+    slow, placed = (not np.delete(depends, but).any() for but in ([0, 1, 5], [0]))
+    return bool(on and slow), bool(on and not torques), bool(on and placed and not effect.states)
 
 
 def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:

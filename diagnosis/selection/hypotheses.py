@@ -140,6 +140,11 @@ class Hypotheses:
         known = self.bench.effects.get(name)
         return known is not None and known.effect.acts_on == "drive"
 
+    def with_angle(self, name: str) -> bool:
+        """Whether an effect goes with the angle of its axis alone."""
+        known = self.bench.effects.get(name)
+        return known is not None and known.placed
+
     def _hypothesis(
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:

@@ -36,8 +36,8 @@ def nameless(
     pairs = zip(selection.rest, selection.before, after, strict=True)
     rest = [one if there else other for one, other, there in pairs]
     chance = log(len(rest) / criteria.false_alarms)
-    functions = dict[int, Nameless]()
-    for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
+    functions, besides = dict[int, Nameless](), [each.beside for each in selection.imitated]
+    for axis, (left, beside) in enumerate(zip(rest, besides, strict=True)):
         own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
         sizes = tolerated(own, selection.explained[axis], criteria)
         least = min(criteria.smallest_rest, max(sizes, default=np.inf))
@@ -54,12 +54,14 @@ def nameless(
             whole = float(np.hypot(selection.explained[axis] if own and after[axis] else 0.0, size))
             worth = max(left.gain, beside.gain if goes else 0.0)
             functions[axis] = Nameless(size, whole, what, worth)
-    for axis, other in selection.instead.items():
-        if not (selection.arbitrated or axis in named):
+    for axis, each in enumerate(selection.imitated):
+        if each.instead is None or not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
-        whole = float(np.hypot(selection.explained[axis], rest[axis].size))
-        functions[axis] = Nameless(whole, whole, other.hypothesis.id)
+        squares = [a.score.size**2 for a in selection.effects if a.score.hypothesis.axis == axis]
+        share = (sum(squares[k] for k in each.places) / sum(squares)) ** 0.5
+        size, whole = np.hypot(np.array([share, 1.0]) * selection.explained[axis], rest[axis].size)
+        functions[axis] = Nameless(float(size), float(whole), each.instead.hypothesis.id)
     return functions
 
 

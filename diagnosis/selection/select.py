@@ -8,17 +8,15 @@ not fitted to, and how large is it?
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from gc import collect
-from math import log
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.bars import bars_of, passes
-from flexhex.diagnosis.selection.choose import Accepted, as_good, one_cause
+from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.evidence import evidence_of, together
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -27,11 +25,12 @@ from flexhex.diagnosis.selection.hypothesis import (
     HeavierBody,
     Payload,
 )
+from flexhex.diagnosis.selection.imitated import Imitated, imitated
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.parts import with_wholes
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, generic_score
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.search import Search
 
 Say = Callable[[str], None]
@@ -58,22 +57,11 @@ class Selection:
     search: Search
     moved: float = 0.0
 
-    @property
-    def beside(self) -> tuple[Score, ...]:
-        """Of each axis something without a name beside all that was accepted."""
-        return tuple(beside for beside, _ in self._without_names)
-
-    @property
-    def instead(self) -> Mapping[int, Score]:
-        """Of an axis something without a name that predicts better than all that was accepted
-        there."""
-        pairs = enumerate(self._without_names)
-        return {axis: instead for axis, (_, instead) in pairs if instead is not None}
-
     @cached_property
-    def _without_names(self) -> list[tuple[Score, Score | None]]:
-        """Computed when asked for: of most searches nobody does."""
-        return [_nameless(self.search, axis) for axis in range(self.bench.n)]
+    def imitated(self) -> tuple[Imitated, ...]:
+        """Of each axis what has no name, beside and in the place of what was accepted; computed
+        when asked for: of most searches nobody does."""
+        return tuple(imitated(self.search, axis) for axis in range(self.bench.n))
 
     @property
     def effects(self) -> list[Accepted]:
@@ -138,26 +126,6 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search,
         moved_gain(moments) + sum(moved),
     )
-
-
-def _nameless(search: Search, axis: int) -> tuple[Score, Score | None]:
-    """Something without a name on an axis beside all that was accepted, and in the place of all
-    effects that were accepted there, if it predicts better than these do with the errors of their
-    form and with the former beside them: then they only imitate it. All runs together must say so,
-    too: what learns little from other trajectories has more to gain from one."""
-    moments, criteria = search.moments, search.criteria
-    listed, own = search.hypotheses.generic(axis), search.own(axis)
-    beside = generic_score(moments, listed)
-    if not own:
-        return beside, None
-    terms = [term for _, both in own for term in both]
-    other = generic_score(moments.without(*terms), listed)
-    choices = sum(log(score.hypothesis.choices) for score, _ in own)
-    gain = together(moments, terms) + max(beside.gain, 0.0) - choices
-    whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices
-    pairs = (gain, other.gain), (whole, other.whole)
-    as_well = any(as_good(mine, its, 0.0, criteria) for mine, its in pairs)
-    return beside, None if as_well else other
 
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:

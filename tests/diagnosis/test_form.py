@@ -15,6 +15,7 @@ from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, form_errors, inexact, mean_error
 from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.imitated import Imitated
 from flexhex.diagnosis.selection.left import Rest
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.nameless import nameless
@@ -137,11 +138,11 @@ def test_rest_beside_effects_is_as_large_as_what_it_gains(tmp_path: Path) -> Non
     """Where nothing repeats well: slow parts of its torque are hardly determined."""
     selection = select(bench_of(tmp_path, worn))
     ((own,), (explained,)) = selection.accepted, selection.explained
-    kind, folds = selection.beside[0].hypothesis, len(own.score.without)
+    kind, folds = selection.imitated[0].beside.hypothesis, len(own.score.without)
     for gain, there in ((0.05 * own.score.gain, True), (0.5, False)):
         beside = Score(kind, 2.0 * gain, np.full(folds, 2.0 * gain - gain / folds), 10.0)
         unsure = replace(selection, rest=(Rest(0.3, 1.0),))
-        vars(unsure)["_without_names"] = [(beside, None)]
+        vars(unsure)["imitated"] = (Imitated(beside),)
         functions = nameless(unsure, USUAL)
         assert [left.size for left in functions.values()] == (
             [pytest.approx(np.sqrt(0.05) * explained)] if there else []

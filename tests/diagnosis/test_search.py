@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
@@ -17,7 +18,6 @@ from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.selection import found as finding
 from flexhex.diagnosis.selection import hypotheses, search
-from flexhex.diagnosis.selection import select as select_module
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.found import found
@@ -31,6 +31,7 @@ from flexhex.diagnosis.selection.select import Selection, select
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
+Array = NDArray[np.float64]
 several = pytest.mark.sample(2, of="several effects of an axis")
 ORDERS = (29.0, 58.0, 87.0, 116.0, 145.0)
 
@@ -60,44 +61,6 @@ def test_first_of_two_waves_that_are_close_is_revised(tmp_path: Path) -> None:
         tmp_path, lambda q, v, a: 0.01 * RMS * (np.sin(18.0 * q) + np.sin(24.0 * q + 1.0))
     )
     np.testing.assert_allclose(orders(selection), (18.0, 24.0), atol=0.7)
-
-
-@several
-def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
-    """Together they explain nearly all of it; one smooth function of the angle says it in fewer
-    numbers. A wave itself is said better by its own name."""
-    bump = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
-    assert "cogging_harmonic" in names(bump)
-    assert bump.instead[0].hypothesis.id == "angle"
-    assert nameless(bump, USUAL)[0].what == "angle"
-    wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(15.0 * q))
-    assert names(wave) == ["cogging_harmonic"]
-    assert not wave.instead
-
-
-@pytest.mark.parametrize(
-    ("others", "displaced"),
-    [((130.0, 60.0), True), ((130.0, 50.0), False), ((100.0, 60.0), False)],
-    ids=["both", "left-out runs alone", "all runs alone"],
-)
-def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
-    others: tuple[float, float], displaced: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The effect gains 100 nats on left-out runs and has an evidence of 50; something without a
-    name in its place `others`, beside it nothing."""
-    monkeypatch.setattr(select_module, "together", lambda moments, terms: 100.0)
-    monkeypatch.setattr(select_module, "evidence_of", lambda moments, terms: 50.0)
-    scores = [SimpleNamespace(gain=g, whole=w) for g, w in ((0.0, 0.0), others)]
-    monkeypatch.setattr(select_module, "generic_score", lambda moments, listed: scores.pop(0))
-    effect = SimpleNamespace(hypothesis=SimpleNamespace(choices=1))
-    subject: Any = SimpleNamespace(
-        moments=SimpleNamespace(without=lambda *terms: None),
-        criteria=USUAL,
-        hypotheses=SimpleNamespace(generic=lambda axis: []),
-        own=lambda axis: [(effect, (None, None))],
-    )
-    _, instead = select_module._nameless(subject, 0)
-    assert (instead is not None) == displaced
 
 
 @pytest.mark.parametrize(("size", "freed"), [(0.06, []), (0.0, [0])], ids=["bump", "nothing"])

@@ -1,0 +1,55 @@
+"""Something without a name beside what was accepted on an axis, and in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log
+
+from flexhex.diagnosis.selection.choose import as_good
+from flexhex.diagnosis.selection.evidence import evidence_of, together
+from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.scores import Score, generic_score
+from flexhex.diagnosis.selection.search import Search
+
+
+@dataclass(frozen=True)
+class Imitated:
+    """Something without a name on an axis, beside all that was accepted; instead: in the place of
+    all effects there, or of those at some `places` of them, where it predicts better than these."""
+
+    beside: Score
+    instead: Score | None = None
+    places: tuple[int, ...] = ()
+
+
+def imitated(search: Search, axis: int) -> Imitated:
+    """Whether effects of an axis only imitate something without a name: all together, or those
+    alone that go with the angle."""
+    beside = generic_score(search.moments, search.hypotheses.generic(axis))
+    own, with_angle = search.own(axis), search.hypotheses.with_angle
+    every = tuple(range(len(own)))
+    placed = tuple(k for k in every if with_angle(own[k][0].hypothesis.id))
+    for places in (every, placed):
+        instead = _better(search, axis, [own[k] for k in places], beside)
+        if instead is not None:
+            return Imitated(beside, instead, places)
+    return Imitated(beside)
+
+
+def _better(
+    search: Search, axis: int, effects: Sequence[tuple[Score, Sequence[Term]]], beside: Score
+) -> Score | None:
+    """Something without a name in the place of these effects, if it predicts better than they do
+    with the errors of their form and with something without a name beside them. All runs together
+    must say so, too: what learns little from other trajectories has more to gain from one."""
+    if not effects:
+        return None
+    moments, criteria = search.moments, search.criteria
+    terms = [term for _, both in effects for term in both]
+    other = generic_score(moments.without(*terms), search.hypotheses.generic(axis))
+    choices = sum(log(score.hypothesis.choices) for score, _ in effects)
+    gain = together(moments, terms) + max(beside.gain, 0.0) - choices
+    whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices
+    pairs = (gain, other.gain), (whole, other.whole)
+    return None if any(as_good(mine, its, 0.0, criteria) for mine, its in pairs) else other

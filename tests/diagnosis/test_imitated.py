@@ -1,0 +1,92 @@
+"""Effects that only imitate what has no name, alone and beside others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.selection import imitated as imitated_module
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.found import found
+from flexhex.diagnosis.selection.nameless import nameless
+from flexhex.diagnosis.selection.select import select
+from tests.diagnosis.test_selection import RMS, bench_of, chosen, names
+
+Array = NDArray[np.float64]
+several = pytest.mark.sample(2, of="imitations")
+
+
+@several
+def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
+    """Together they explain nearly all of it; one smooth function of the angle says it in fewer
+    numbers. A wave itself is said better by its own name."""
+    bump = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
+    assert "cogging_harmonic" in names(bump)
+    assert bump.imitated[0].instead is not None
+    assert bump.imitated[0].instead.hypothesis.id == "angle"
+    assert nameless(bump, USUAL)[0].what == "angle"
+    wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(15.0 * q))
+    assert names(wave) == ["cogging_harmonic"]
+    assert wave.imitated[0].instead is None
+
+
+@several
+@pytest.mark.parametrize(
+    ("width", "name"), [(0.15, "cogging_harmonic"), (0.1, "cable_force")], ids=["wide", "narrow"]
+)
+def test_what_imitates_a_bump_beside_friction_is_not_named(
+    width: float, name: str, tmp_path: Path
+) -> None:
+    """Friction keeps its name."""
+
+    def both(q: Array, v: Array, a: Array) -> Array:
+        return RMS * (0.1 * np.tanh(v / 0.01) + 0.06 * np.exp(-(((q - 0.1) / width) ** 2)))
+
+    bench = bench_of(tmp_path, both)
+    assert names(select(bench)) == ["coulomb_friction", name]
+    side = found(bench, (), lambda text: None).side
+    assert [effect.id for effect in side.named] == ["coulomb_friction"]
+    assert [(rest.axis, rest.what, rest.form) for rest in side.rests] == [(1, "angle", True)]
+
+
+@several
+def test_wave_and_cable_beside_friction_are_named(tmp_path: Path) -> None:
+    """What has their very form is no imitation."""
+
+    def all_of(q: Array, v: Array, a: Array) -> Array:
+        cable = np.maximum(q - 0.1, 0.0)
+        return RMS * (0.1 * np.tanh(v / 0.01) + 0.02 * np.sin(40.0 * q) + 0.5 * cable)
+
+    side = found(bench_of(tmp_path, all_of), (), lambda text: None).side
+    named = {effect.id for effect in side.named}
+    assert named == {"coulomb_friction", "cogging_harmonic", "cable_force"}
+
+
+@pytest.mark.parametrize(
+    ("others", "displaced"),
+    [((130.0, 60.0), True), ((130.0, 50.0), False), ((100.0, 60.0), False)],
+    ids=["both", "left-out runs alone", "all runs alone"],
+)
+def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
+    others: tuple[float, float], displaced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The effect gains 100 nats on left-out runs and has an evidence of 50; something without a
+    name in its place `others`, beside it nothing."""
+    monkeypatch.setattr(imitated_module, "together", lambda moments, terms: 100.0)
+    monkeypatch.setattr(imitated_module, "evidence_of", lambda moments, terms: 50.0)
+    scores = [SimpleNamespace(gain=g, whole=w) for g, w in ((0.0, 0.0), others)]
+    monkeypatch.setattr(imitated_module, "generic_score", lambda moments, listed: scores.pop(0))
+    effect = SimpleNamespace(hypothesis=SimpleNamespace(choices=1, id="any"))
+    subject: Any = SimpleNamespace(
+        moments=SimpleNamespace(without=lambda *terms: None),
+        criteria=USUAL,
+        hypotheses=SimpleNamespace(generic=lambda axis: [], with_angle=lambda name: False),
+        own=lambda axis: [(effect, (None, None))],
+    )
+    instead = imitated_module.imitated(subject, 0).instead
+    assert (instead is not None) == displaced
