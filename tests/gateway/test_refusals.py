@@ -73,6 +73,7 @@ def test_wrong_bus_is_refused_before_power(
         assert ran.code == 1, ran.words
         assert wanted in ran.one("refused")["message"]
         never_enabled(ran)
+        assert not ran.recording.exists(), "the next try may have the same name"
     falls.add(fallen.refused(name))
 
 

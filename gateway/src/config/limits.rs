@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::{Config, AXES};
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -40,6 +42,18 @@ pub struct PoseLimit {
     pub signal: String,
     pub min: f64,
     pub max: f64,
+}
+
+impl Config {
+    /// Limits of an axis.
+    pub fn limits(&self, axis: usize) -> &Limits {
+        self.drive[axis].limits.as_ref().unwrap_or(&self.limits)
+    }
+
+    /// Smallest and largest angle of each axis [rad].
+    pub fn position_limits(&self) -> [(f64, f64); AXES] {
+        std::array::from_fn(|k| (self.limits(k).position_min, self.limits(k).position_max))
+    }
 }
 
 impl PoseLimit {

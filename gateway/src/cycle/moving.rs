@@ -8,7 +8,7 @@ use super::{ControlLoop, Ending, Phase};
 use crate::bus::cia402;
 use crate::bus::Reply;
 use crate::config::AXES;
-use crate::motion::{Mover, Path};
+use crate::motion::{brake, Mover, Path};
 use crate::realtime::stop;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::safety::{in_landing, Bounds, Disabling, InLanding, Measured};
@@ -44,7 +44,8 @@ impl<L: Link> ControlLoop<'_, L> {
         for k in (0..AXES).filter(|k| blind[*k]) {
             rate[k] = 0.0;
         }
-        let path = Path::new(theta, rate, self.rest, self.mechanics.pace);
+        let times = self.brakes(&theta, &rate);
+        let path = Path::braking_in(theta, rate, times, self.rest, self.mechanics.pace);
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
@@ -61,6 +62,26 @@ impl<L: Link> ControlLoop<'_, L> {
         }
         mover.step(&self.previous.theta, 0);
         self.phase = Phase::Landing(mover);
+    }
+
+    /// Times [s] in which the axes brake: shorter where they would leave the limits of their angles, as far as the
+    /// largest torque of a landing goes by the model.
+    fn brakes(&mut self, theta: &[f64; AXES], rate: &[f64; AXES]) -> [f64; AXES] {
+        let pace = self.mechanics.pace;
+        let usual = [pace.brake; AXES];
+        let mut times = brake::within(theta, rate, &self.config.position_limits(), pace);
+        if times == usual {
+            return usual;
+        }
+        let torques =
+            [usual, times].map(|times| self.modelled(&brake::hardest(theta, rate, &times)));
+        if let [Some(begin), Some(end)] = torques {
+            let most = self.mechanics.torque;
+            times = brake::affordable(pace.brake, &times, [&begin, &end], most);
+        }
+        let shorter = |time: &f64| *time < pace.brake - pace.base_step;
+        self.out.brakes = times.map(|time| Some(time).filter(shorter));
+        times
     }
 
     /// Limits of a motion through these poses that begins at this rate.

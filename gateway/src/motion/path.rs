@@ -15,7 +15,8 @@ pub struct Path {
     from: Angles,
     rate: Angles,
     to: Angles,
-    /// Cycles of each part.
+    /// Cycles until each axis stands, and those of each part.
+    brakes: [u32; AXES],
     brake: u32,
     pause: u32,
     travel: u32,
@@ -48,13 +49,26 @@ impl Pace {
 impl Path {
     /// From `from` [rad] at `rate` [rad/s] to `to` at rest.
     pub fn new(from: Angles, rate: Angles, to: Angles, pace: Pace) -> Path {
+        Path::braking_in(from, rate, [pace.brake; AXES], to, pace)
+    }
+
+    /// The same with axes that brake in `times` [s].
+    pub fn braking_in(
+        from: Angles,
+        rate: Angles,
+        times: [f64; AXES],
+        to: Angles,
+        pace: Pace,
+    ) -> Path {
         let cycles = |time: f64| (time / pace.base_step).round() as u32;
         let still = rate.iter().all(|rate| *rate == 0.0);
+        let brakes = times.map(|time| if still { 0 } else { cycles(time) });
         let mut path = Path {
             from,
             rate,
             to,
-            brake: if still { 0 } else { cycles(pace.brake) },
+            brakes,
+            brake: brakes.into_iter().fold(0, u32::max),
             pause: if still { 0 } else { cycles(pace.pause) },
             travel: 0,
             wait: cycles(pace.pause),
@@ -72,8 +86,10 @@ impl Path {
 
     /// Where braking ends.
     pub fn stop(&self) -> Angles {
-        let time = f64::from(self.brake) * self.base_step;
-        std::array::from_fn(|k| self.from[k] + self.rate[k] * time / 2.0)
+        std::array::from_fn(|k| {
+            let time = f64::from(self.brakes[k]) * self.base_step;
+            self.from[k] + self.rate[k] * time / 2.0
+        })
     }
 
     /// Cycles until it stands there.
@@ -103,19 +119,24 @@ impl Path {
 
     /// Positions in cycle k [rad].
     pub fn at(&self, k: u32) -> Angles {
+        let stop = self.stop();
         if k < self.brake {
-            let time = f64::from(self.brake) * self.base_step;
-            let s = f64::from(k) / f64::from(self.brake);
-            // the rate falls as 1 - 3 s^2 + 2 s^3
-            let share = s - s * s * s + s * s * s * s / 2.0;
-            return std::array::from_fn(|axis| self.from[axis] + self.rate[axis] * time * share);
+            return std::array::from_fn(|axis| match self.brakes[axis] {
+                brake if k < brake => {
+                    let time = f64::from(brake) * self.base_step;
+                    let s = f64::from(k) / f64::from(brake);
+                    // the rate falls as 1 - 3 s^2 + 2 s^3
+                    let share = s - s * s * s + s * s * s * s / 2.0;
+                    self.from[axis] + self.rate[axis] * time * share
+                }
+                _ => stop[axis],
+            });
         }
         let moved = k.saturating_sub(self.brake + self.pause);
         if moved >= self.travel {
             return self.to;
         }
         let share = smooth(f64::from(moved) / f64::from(self.travel));
-        let stop = self.stop();
         std::array::from_fn(|axis| stop[axis] + (self.to[axis] - stop[axis]) * share)
     }
 }

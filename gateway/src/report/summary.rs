@@ -13,6 +13,13 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
+    let brakes =
+        out.brakes.iter().enumerate().filter_map(|(k, time)| time.map(|time| (k + 1, time)));
+    for (axis, time) in brakes {
+        let text =
+            format!("axis {axis} in {:.0} ms, to stay within its position limits", time * 1e3);
+        reporter.line("braked", &text);
+    }
     links::print(reporter, &out.links, links::IN_THE_RUN);
     links::print_clocks(reporter, &out.clocks);
     let stood = if let Task::Poses(poses) = &out.task { poses.stood.as_slice() } else { &[] };
@@ -54,6 +61,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "largest_error_rad": out.most_error,
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
             "reaction": out.reaction.key(), "not_disabled": out.unconfirmed(),
+            "brakes_s": out.brakes,
             "landing_trip": out.landing_trip.map(|trip| trip.to_string()),
             "landing_detail": out.landing_detail,
             "recording": written.recording, "before_trip": written.before_trip,
