@@ -44,8 +44,10 @@ impl<L: Link> ControlLoop<'_, L> {
         for k in (0..AXES).filter(|k| blind[*k]) {
             rate[k] = 0.0;
         }
-        let times = self.brakes(&theta, &rate);
-        let path = Path::braking_in(theta, rate, times, self.rest, self.mechanics.pace);
+        let limits = self.config.position_limits();
+        let brake = (self.brakes(&theta, &rate, &limits), &limits);
+        let path = Path::within(theta, rate, brake, self.rest, self.mechanics.pace);
+        self.out.passed = path.goes_back();
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
@@ -66,10 +68,15 @@ impl<L: Link> ControlLoop<'_, L> {
 
     /// Times [s] in which the axes brake: shorter where they would leave the limits of their angles, as far as the
     /// largest torque of a landing goes by the model.
-    fn brakes(&mut self, theta: &[f64; AXES], rate: &[f64; AXES]) -> [f64; AXES] {
+    fn brakes(
+        &mut self,
+        theta: &[f64; AXES],
+        rate: &[f64; AXES],
+        limits: &[(f64, f64); AXES],
+    ) -> [f64; AXES] {
         let pace = self.mechanics.pace;
         let usual = [pace.brake; AXES];
-        let mut times = brake::within(theta, rate, &self.config.position_limits(), pace);
+        let mut times = brake::within(theta, rate, limits, pace);
         if times == usual {
             return usual;
         }

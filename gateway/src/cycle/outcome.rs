@@ -43,6 +43,8 @@ pub struct Outcome {
     pub reaction: ReactionKind,
     /// Times [s] in which axes braked that took less than `landing.brake_ms`.
     pub brakes: [Option<f64>; AXES],
+    /// Axes whose brake ended outside their limits all the same.
+    pub passed: [bool; AXES],
     /// What cut a landing short.
     pub landing_trip: Option<Trip>,
     /// Its cause, if a drive told it.
@@ -88,6 +90,7 @@ impl Outcome {
             to_disabled: None,
             reaction: ReactionKind::Zero,
             brakes: [None; AXES],
+            passed: [false; AXES],
             landing_trip: None,
             landing_detail: String::new(),
             disabled: [false; AXES],

@@ -13,12 +13,13 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
-    let brakes =
-        out.brakes.iter().enumerate().filter_map(|(k, time)| time.map(|time| (k + 1, time)));
-    for (axis, time) in brakes {
-        let text =
-            format!("axis {axis} in {:.0} ms, to stay within its position limits", time * 1e3);
-        reporter.line("braked", &text);
+    for (k, time) in out.brakes.iter().enumerate() {
+        let Some(time) = time else { continue };
+        let why = match out.passed[k] {
+            false => "to stay within its position limits",
+            true => "no sooner by landing.torque_N_m: it passed its position limits",
+        };
+        reporter.line("braked", &format!("axis {} in {:.0} ms, {why}", k + 1, time * 1e3));
     }
     links::print(reporter, &out.links, links::IN_THE_RUN);
     links::print_clocks(reporter, &out.clocks);
@@ -61,7 +62,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "largest_error_rad": out.most_error,
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
             "reaction": out.reaction.key(), "not_disabled": out.unconfirmed(),
-            "brakes_s": out.brakes,
+            "brakes_s": out.brakes, "passed_limits": out.passed,
             "landing_trip": out.landing_trip.map(|trip| trip.to_string()),
             "landing_detail": out.landing_detail,
             "recording": written.recording, "before_trip": written.before_trip,
