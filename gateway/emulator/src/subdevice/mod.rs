@@ -84,7 +84,7 @@ impl SubDevice {
         let reply = self.mailbox.answer(&request, room, &mut self.application);
         self.requests = self.requests.wrapping_add(1);
         let every = self.application.settings.emergencies;
-        if every > 0 && self.requests % every == 0 {
+        if every > 0 && self.requests.is_multiple_of(every) {
             self.waiting = reply;
             let message = self.mailbox.emergency(EMERGENCY);
             return self.post(Some(message));
