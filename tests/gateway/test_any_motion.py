@@ -120,7 +120,8 @@ def ended(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) ->
 def test_axis_that_is_pushed_towards_its_stop_brakes_sooner(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
-    """At 0.508 rad with 1.1 rad/s: a brake of `brake_ms` ends at 0.56 rad, a shorter one within."""
+    """At 0.508 rad with 1.1 rad/s: a brake of `brake_ms` ends at 0.56 rad, on the stop; a shorter
+    one passes the limit and goes back."""
     fallen = run(Motion((1, -1, 1, 1, -1, 1), 0.493, 0.675, 0.86, "push"), hexapod_ssp, tmp_path)
     ran = fallen.ran
     assert ran.code == 0, ran.words
@@ -131,8 +132,25 @@ def test_axis_that_is_pushed_towards_its_stop_brakes_sooner(
     soonest = 2 * (LIMIT - fallen.theta[since, 3]) / rate
     # half of the first rate on average; the torque of a landing does not allow the soonest
     assert 0.95 * soonest < time < 0.5 * BRAKE_S
-    assert f"braked     axis 4 in {1000 * time:.0f} ms, to stay within" in ran.words
+    assert ran.one("summary")["passed_limits"] == [False, False, False, True, False, False]
+    assert f"braked     axis 4 in {1000 * time:.0f} ms, no sooner by landing.torque" in ran.words
     assert LIMIT < np.abs(fallen.theta).max() < STROKE
+
+
+def test_axis_that_creeps_over_its_limit_is_braked_without_a_kick(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """It would have to stand at once: its brake is as long as the step of the torque allows."""
+    creeps = {"options": push(4.2, PUSH, LIFTED + round(0.9 / TS))}
+    lower = ("position_max_rad = 0.52", "position_max_rad = 0.29")
+    way = ((1,) * 6, 0.28, 0.6)
+    ran = played(hexapod_ssp, tmp_path, way, seconds=3.0, changes=(lower,), **creeps).ran
+    assert ran.one("trip")["reason"] == "position"
+    summary = ran.one("summary")
+    assert summary["landing_trip"] is None
+    # 8 * 6 N m / 2 N m cycles
+    assert summary["brakes_s"][3] == pytest.approx(24 * TS)
+    assert summary["share_of_limits"]["torque_step"] < 0.5
 
 
 @pytest.mark.sample(3)

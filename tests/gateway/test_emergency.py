@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.gateway.bench import Bench, drive, never_enabled
+from tests.gateway.bench import Bench, drive
 
 SOME = "".join(drive(k, "emergencies = 5") for k in range(6))
 """Every fifth request is answered after an emergency message."""

@@ -75,15 +75,16 @@ impl<L: Link> ControlLoop<'_, L> {
         limits: &[(f64, f64); AXES],
     ) -> [f64; AXES] {
         let pace = self.mechanics.pace;
-        let usual = [pace.brake; AXES];
-        let mut times = brake::within(theta, rate, limits, pace);
+        let (usual, most) = ([pace.brake; AXES], self.mechanics.torque);
+        let steps = std::array::from_fn(|k| self.config.limits(k).torque_step);
+        let shortest = brake::shortest(most, &steps) * pace.base_step;
+        let mut times = brake::within(theta, rate, limits, (shortest, pace.brake));
         if times == usual {
             return usual;
         }
         let torques =
             [usual, times].map(|times| self.modelled(&brake::hardest(theta, rate, &times)));
         if let [Some(begin), Some(end)] = torques {
-            let most = self.mechanics.torque;
             times = brake::affordable(pace.brake, &times, [&begin, &end], most);
         }
         let shorter = |time: &f64| *time < pace.brake - pace.base_step;

@@ -2,7 +2,6 @@
 
 use flexhex_system::Motion;
 
-use super::Pace;
 use crate::config::AXES;
 
 type Axes = [f64; AXES];
@@ -10,18 +9,28 @@ type Axes = [f64; AXES];
 /// Largest deceleration of a brake over its mean one.
 const PEAK: f64 = 1.5;
 
-/// Times [s] in which axes at `theta` [rad] with `rate` [rad/s] come to rest within `limits` [rad], at most that of
-/// `pace`: a brake has half of its first rate on average. An axis that leaves its limits already stands a cycle later.
-pub fn within(theta: &Axes, rate: &Axes, limits: &[(f64, f64); AXES], pace: Pace) -> Axes {
+/// Cycles of a brake whose torque grows to `most` by half of the `steps` [N m] that are allowed in a cycle, as the
+/// feedback adds its own: it grows as 4 (s - s^2). A step of 0 is not judged.
+pub fn shortest(most: f64, steps: &Axes) -> f64 {
+    let judged = steps.iter().filter(|step| **step > 0.0);
+    judged.fold(1.0, |cycles: f64, step| cycles.max(8.0 * most / step))
+}
+
+/// Times [s] in which axes at `theta` [rad] with `rate` [rad/s] come to rest within `limits` [rad], between
+/// the `shortest` and the `longest` time: a brake has half of its first rate on average.
+pub fn within(
+    theta: &Axes,
+    rate: &Axes,
+    limits: &[(f64, f64); AXES],
+    (shortest, longest): (f64, f64),
+) -> Axes {
     std::array::from_fn(|k| {
         let ((low, high), rate) = (limits[k], rate[k]);
         let left = if rate < 0.0 { low - theta[k] } else { high - theta[k] };
-        let soon = (2.0 * left / rate).max(pace.base_step);
         if rate == 0.0 {
-            pace.brake
-        } else {
-            pace.brake.min(soon)
+            return longest;
         }
+        (2.0 * left / rate).max(shortest).min(longest)
     })
 }
 
@@ -51,16 +60,26 @@ pub fn affordable(usual: f64, soon: &Axes, torques: [&Axes; 2], most: f64) -> Ax
 mod tests {
     use super::*;
 
-    const PACE: Pace = Pace { speed: 0.25, brake: 0.1, pause: 0.3, base_step: 2.5e-4 };
+    const USUAL: f64 = 0.1;
+    const STEP: f64 = 2.5e-4;
     const STROKE: [(f64, f64); AXES] = [(-0.52, 0.52); AXES];
+
+    #[test]
+    fn a_torque_grows_by_no_more_than_half_of_its_step() {
+        let (most, step) = (6.0, 2.0);
+        let cycles = shortest(most, &[step, 0.0, 3.0, step, step, step]);
+        let torque = |k: f64| most * 4.0 * (k / cycles) * (1.0 - k / cycles);
+        assert!(torque(1.0) < step / 2.0 && torque(2.0) > step / 2.0, "{cycles}");
+        assert_eq!(shortest(most, &[0.0; AXES]), 1.0);
+    }
 
     #[test]
     fn an_axis_brakes_sooner_only_where_it_would_leave_its_limits() {
         let theta = [0.0, 0.5, 0.5, -0.5, 0.52, 0.53];
         let rate = [3.0, -1.0, 1.0, -0.8, 0.0, 1e-6];
-        let times = within(&theta, &rate, &STROKE, PACE);
+        let times = within(&theta, &rate, &STROKE, (STEP, USUAL));
         // 0.02 rad at half the first rate
-        let wanted = [0.1, 0.1, 0.04, 0.05, 0.1, PACE.base_step];
+        let wanted = [0.1, 0.1, 0.04, 0.05, 0.1, STEP];
         assert!((0..AXES).all(|k| (times[k] - wanted[k]).abs() < 1e-12), "{times:?}");
     }
 
@@ -76,17 +95,17 @@ mod tests {
             (0.05, 6.0, 0.05),
             // 1.5 / 0.025 rad/s2 are the 7 N m upwards, of which 1 is carried: 5 leave 0.03 s
             (0.025, 6.0, 0.03),
-            (PACE.base_step, 6.0, 0.03),
+            (STEP, 6.0, 0.03),
             // the weight and the usual brake are all
             (0.05, 2.5, 0.1),
             (0.05, 2.0, 0.1),
         ] {
-            let mut times = [PACE.brake; AXES];
+            let mut times = [USUAL; AXES];
             times[1] = soon;
-            let at = [&torques(&rate, &[PACE.brake; AXES]), &torques(&rate, &times)];
-            let affordable = affordable(PACE.brake, &times, at, most);
+            let at = [&torques(&rate, &[USUAL; AXES]), &torques(&rate, &times)];
+            let affordable = affordable(USUAL, &times, at, most);
             assert!((affordable[1] - wanted).abs() < 1e-12, "{soon} s, {most} N m: {affordable:?}");
-            assert_eq!(affordable[0], PACE.brake);
+            assert_eq!(affordable[0], USUAL);
         }
     }
 }
