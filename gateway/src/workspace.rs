@@ -65,7 +65,7 @@ impl Workspace {
             dynamics: Dynamics::of(system, &config.system.reference, &config.system.feedforward)?,
             pace: Pace::of(&config.landing, system.base_step()),
             torque: config.landing.torque,
-            within: config.position_limits(),
+            within: std::array::from_fn(|k| config.limits(k).position()),
         }))
     }
 

@@ -2,8 +2,6 @@
 
 use serde::Deserialize;
 
-use super::{Config, AXES};
-
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -44,15 +42,10 @@ pub struct PoseLimit {
     pub max: f64,
 }
 
-impl Config {
-    /// Limits of an axis.
-    pub fn limits(&self, axis: usize) -> &Limits {
-        self.drive[axis].limits.as_ref().unwrap_or(&self.limits)
-    }
-
-    /// Smallest and largest angle of each axis [rad].
-    pub fn position_limits(&self) -> [(f64, f64); AXES] {
-        std::array::from_fn(|k| (self.limits(k).position_min, self.limits(k).position_max))
+impl Limits {
+    /// Smallest and largest angle [rad].
+    pub fn position(&self) -> (f64, f64) {
+        (self.position_min, self.position_max)
     }
 }
 

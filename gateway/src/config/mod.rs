@@ -213,6 +213,11 @@ pub struct Drive {
 }
 
 impl Config {
+    /// Limits of an axis.
+    pub fn limits(&self, axis: usize) -> &Limits {
+        self.drive[axis].limits.as_ref().unwrap_or(&self.limits)
+    }
+
     /// Place of an axis among the drives in bus order, whatever other devices lie between.
     pub fn place_on_bus(&self, axis: usize) -> usize {
         let position = self.drive[axis].position;

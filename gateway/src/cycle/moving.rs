@@ -44,7 +44,7 @@ impl<L: Link> ControlLoop<'_, L> {
         for k in (0..AXES).filter(|k| blind[*k]) {
             rate[k] = 0.0;
         }
-        let limits = self.config.position_limits();
+        let limits = std::array::from_fn(|k| self.config.limits(k).position());
         let brake = (self.brakes(&theta, &rate, &limits), &limits);
         let path = Path::within(theta, rate, brake, self.rest, self.mechanics.pace);
         self.out.passed = path.goes_back();

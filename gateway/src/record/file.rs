@@ -4,9 +4,24 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use super::columns::Columns;
 use super::error::RecordError;
-use super::writer::Plan;
 use crate::file_error::FileError;
+
+/// Content and paths of the files.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub columns: Columns,
+    /// `key: value` lines at the head of each file.
+    pub meta: Vec<(String, String)>,
+    /// File of every cycle of the controller; None: only the trip file.
+    pub recording: Option<PathBuf>,
+    /// Trip file: the rows before a trip and those of the reaction.
+    pub before_trip: PathBuf,
+    /// Rows before the trip, and largest number of rows of the reaction.
+    pub keep: usize,
+    pub reaction: usize,
+}
 
 /// Err if a recording to this path would overwrite a file.
 pub fn vacant(path: &Path) -> Result<(), RecordError> {

@@ -1,7 +1,7 @@
 use super::error::RecordError;
 use super::ring::ring;
-use super::writer::{Plan, Writer};
-use super::{time_of, vacant, Columns};
+use super::writer::Writer;
+use super::{time_of, vacant, Columns, Plan};
 use std::path::PathBuf;
 
 #[test]

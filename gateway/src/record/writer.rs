@@ -7,30 +7,14 @@ use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::columns::Columns;
 use super::error::RecordError;
-use super::file::{create, end, line, unused};
+use super::file::{create, end, line, unused, Plan};
 use super::ring::Source;
 use crate::file_error::FileError;
 
 const PHASE: &str = "phase";
 const RUNNING: f64 = 1.0;
 const PERIOD: Duration = Duration::from_millis(10);
-
-/// Content and paths of the files.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    pub columns: Columns,
-    /// `key: value` lines at the head of each file.
-    pub meta: Vec<(String, String)>,
-    /// File of every cycle of the controller; None: only the trip file.
-    pub recording: Option<PathBuf>,
-    /// Trip file: the rows before a trip and those of the reaction.
-    pub before_trip: PathBuf,
-    /// Rows before the trip, and largest number of rows of the reaction.
-    pub keep: usize,
-    pub reaction: usize,
-}
 
 /// The text of the trip, if any, and who is told when the files are closed.
 struct End {
