@@ -1,7 +1,7 @@
 //! The files of a recording.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::{BufWriter, Error, Write};
 use std::path::{Path, PathBuf};
 
 use super::columns::Columns;
@@ -28,7 +28,7 @@ pub fn vacant(path: &Path) -> Result<(), RecordError> {
     if !path.is_file() {
         return Ok(());
     }
-    Err(RecordError::NotBegun(FileError::of(path)(ErrorKind::AlreadyExists.into())))
+    Err(RecordError::NotBegun(FileError::of(path)(Error::from_raw_os_error(libc::EEXIST))))
 }
 
 /// The path, or with -2, -3, ... the first that does not exist.
