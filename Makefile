@@ -30,7 +30,7 @@ help:
 	@echo "make test      linters, types, formatting and the tests (large suites sampled)"
 	@echo "make test-all  the same with every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
-	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
+	@echo "make fuzz      a million random calls on each FMU, under sanitizers; a million spoiled replies on the gateway"
 	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
 	@echo "make bench     speed: beside rivals, beside the recorded revision (fails on 15 % slower; minutes)"
 	@echo "make results   measure the short figures anew, write them into README and docs (commit first)"
@@ -111,8 +111,11 @@ aside-style aside-types aside-rust: aside-%:
 golden: $(DEV)
 	$(BIN)/pytest tests/golden --update
 
-fuzz: build $(DEV)
+# one in thirty of these replies is spoiled
+fuzz: build gateway $(DEV)
 	$(BIN)/python -m tests.conformity.fuzz out/fmus/*.fmu
+	cd gateway && FLEXHEX_SSP=$(CURDIR)/out/hexapod.ssp FLEXHEX_REPLIES=30000000 \
+	  cargo test --release --locked spoiled -- --nocapture
 
 bench: $(DEV)
 	$(BIN)/python -m benchmarks --long

@@ -31,6 +31,7 @@ PATIENT = {
     "frozen_cycles": "4000",
     "frozen_still_cycles": "4000",
     "jump_rad": "0.05",
+    "torque_step_N_m": "50.0",
 }
 """Limits of that configuration which an ordinary computer does not keep, and what takes their
 place: emulated drives break nothing, and the figures show what would have tripped."""

@@ -200,9 +200,10 @@ def _seen(driven: Driven) -> dict[str, float]:
     missed = recording["answered"][recording["phase"] == RUNNING] == 0
     ends = np.flatnonzero(np.diff(np.concatenate(([False], missed, [False]))))
     in_a_row = ends[1::2] - ends[::2]
-    jump = driven.summary["share_of_limits"].get("jump", 0.0) * float(PATIENT["jump_rad"])
+    shares = driven.summary["share_of_limits"]
     return {
         "overrun_us": driven.summary["wake_up_us"]["max"],
         "lost_frame_limit": float(in_a_row.max(initial=0)),
-        "jump_rad": jump,
+        "jump_rad": shares.get("jump", 0.0) * float(PATIENT["jump_rad"]),
+        "torque_step_N_m": shares.get("torque_step", 0.0) * float(PATIENT["torque_step_N_m"]),
     }

@@ -61,6 +61,51 @@ fn contradictions(config: &Config, base_step: f64) -> Vec<String> {
     }
     for (_, l) in once(config) {
         wrong.extend(of_axis(l, s.frozen_motion_rad, base_step));
+        wrong.extend(of_landing(config, l));
+    }
+    for (axis, rest) in config.landing.rest.iter().flatten().enumerate() {
+        let l = config.limits(axis);
+        let (low, high) = (l.position_min - l.following_error, l.position_max + l.following_error);
+        if !(low..=high).contains(rest) {
+            wrong.push(format!(
+                "landing.rest_rad[{axis}] = {rest} is outside {low:.3} to {high:.3} rad, the position limits with \
+                 following_error_rad: no drive could be enabled: correct the one or the other"
+            ));
+        }
+    }
+    wrong
+}
+
+/// Lift-off and landing against the limits that are judged in them, and what a drive can be told.
+fn of_landing(config: &Config, l: &Limits) -> Vec<String> {
+    let (landing, most) = (&config.landing, config.profile.scale.tau_step() * f64::from(i16::MAX));
+    let mut wrong = Vec::new();
+    for (what, value, name, limit, why) in [
+        (
+            "landing.torque_N_m",
+            landing.torque,
+            "limits.torque_N_m",
+            l.torque,
+            "`torque` would trip in a landing",
+        ),
+        (
+            "landing.speed_rad_per_s",
+            landing.speed,
+            "limits.speed_rad_per_s",
+            l.speed,
+            "`speed` would trip in a lift-off",
+        ),
+        (
+            "limits.torque_N_m",
+            l.torque,
+            "the largest 0x6071",
+            most,
+            "no drive can be told so: is the unit N m?",
+        ),
+    ] {
+        if value > limit {
+            wrong.push(format!("{what} = {value} is above {name} = {limit:.6}: {why}: lower it"));
+        }
     }
     wrong
 }
@@ -147,6 +192,22 @@ mod tests {
         one(|c| c.profile.unchecked = vec![0x608f], "without landing.rest_rad");
         none(|c| (c.profile.unchecked, c.landing.rest) = (vec![0x608f], Some([-0.3; 6])));
         one(|c| c.limits.following_error = 1.5, "following_error_rad = 1.5");
+        one(
+            |c| c.landing.torque = 27.1,
+            "landing.torque_N_m = 27.1 is above limits.torque_N_m = 27",
+        );
+        one(|c| c.landing.speed = 3.1, "landing.speed_rad_per_s = 3.1 is above");
+        // 16 bits of 3 mN m
+        one(
+            |c| c.limits.torque = 98.4,
+            "limits.torque_N_m = 98.4 is above the largest 0x6071 = 98.301",
+        );
+        none(|c| c.limits.torque = 98.3);
+        one(
+            |c| c.landing.rest = Some([0.0, 0.0, 0.58, 0.0, 0.0, 0.0]),
+            "landing.rest_rad[2] = 0.58",
+        );
+        none(|c| c.landing.rest = Some([-0.56; 6]));
     }
 
     #[test]

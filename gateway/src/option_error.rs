@@ -20,7 +20,7 @@ impl Display for OptionError {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
             OptionError::NoMode => f.write_str(
-                "no mode given: --enable enables the drives, --dry-run only reads them",
+                "no mode given: --enable enables the drives (`run --dry-run` only reads them)",
             ),
             OptionError::Duration(time) => {
                 write!(f, "--duration {time}: allowed above 0 and below 1e7 s")

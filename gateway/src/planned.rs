@@ -1,7 +1,9 @@
 //! The motion of a run, judged before power: its poses, and every stop that may begin on the way.
 
 use flexhex_system::{Planned, System};
+use serde_json::json;
 use std::fmt::{self, Display, Formatter};
+use std::time::{Duration, Instant};
 
 use crate::config::Config;
 use crate::exit::{Ends, Exit};
@@ -13,6 +15,12 @@ use crate::workspace::Workspace;
 
 /// Stops that are judged begin as often in the time of a brake: what they take hardly changes between two of them.
 const PER_BRAKE: f64 = 8.0;
+
+/// A run waits no longer than this for its judgement: that of half a day takes about a minute.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Time between two reports of how far it is, and before the first.
+const REPORT: Duration = Duration::from_secs(1);
 
 /// A run that is not begun: when [s] the motion meets what.
 #[derive(Debug)]
@@ -50,9 +58,12 @@ fn judge_cycles(
     };
     let brake = f64::from(config.landing.brake_ms) * 1e-3;
     let every = ((brake / PER_BRAKE / system.base_step()) as i64).max(1);
-    let mut last = None;
+    let (mut last, mut progress) = (None, Progress::new(reporter, system.base_step(), cycles));
     for cycle in 0..cycles {
         let motion = planned.motion();
+        if cycle % every == 0 && !progress.goes_on(cycle) {
+            break;
+        }
         // a reference that holds is judged once
         if cycle % every == 0 && last != Some(motion) {
             if let Err(obstacle) = workspace.stops_from(&motion) {
@@ -64,6 +75,57 @@ fn judge_cycles(
         planned.step().map_err(Mismatch::System)?;
     }
     Ok(Ok(()))
+}
+
+/// How far the judgement is, where it takes long.
+struct Progress {
+    reporter: Reporter,
+    base_step: f64,
+    cycles: i64,
+    begin: Instant,
+    reports: u32,
+}
+
+impl Progress {
+    fn new(reporter: Reporter, base_step: f64, cycles: i64) -> Progress {
+        Progress { reporter, base_step, cycles, begin: Instant::now(), reports: 0 }
+    }
+
+    /// Reports once a second; false where it has taken too long.
+    fn goes_on(&mut self, cycle: i64) -> bool {
+        let taken = self.begin.elapsed();
+        if taken < REPORT * (self.reports + 1) {
+            return true;
+        }
+        self.reports += 1;
+        let (time, all) = (cycle as f64 * self.base_step, self.cycles as f64 * self.base_step);
+        if self.reports == 1 {
+            let text = format!("the motion of {all:.0} s, before power: Ctrl-C ends it");
+            self.reporter.line("judging", &text);
+        }
+        self.reporter.live("judging", &format!("{time:.0} of {all:.0} s"));
+        self.reporter.event("judging", json!({ "time_s": time, "of_s": all }));
+        if taken < LONGEST {
+            return true;
+        }
+        let most = LONGEST.as_secs();
+        let text = format!(
+            "only the first {time:.0} s of the motion were judged before power, as that took {most} s: the run \
+             alone judges the rest"
+        );
+        self.reporter.live_over();
+        self.reporter.line("note", &text);
+        self.reporter.event("note", json!({ "message": text }));
+        false
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.reports > 0 {
+            self.reporter.live_over();
+        }
+    }
 }
 
 impl Display for Unfit {

@@ -10,7 +10,7 @@ use crate::arguments::ConfigArgs;
 use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::{Config, AXES};
-use crate::cycle::{signals, ControlLoop, Ending, Outcome, Preallocated, RunOptions, Signals};
+use crate::cycle::{signals, ControlLoop, Outcome, Preallocated, RunOptions, Signals};
 use crate::exit::{Exit, Refusal};
 use crate::learned;
 use crate::live::Board;
@@ -19,7 +19,7 @@ use crate::option_error::OptionError;
 use crate::plan::plan;
 use crate::planned;
 use crate::realtime;
-use crate::record::{ring, Columns, Writer, Written};
+use crate::record::{self, ring, Columns, Writer, Written};
 use crate::report::Reporter;
 use crate::rights;
 use crate::session::{self, PowerArgs};
@@ -142,6 +142,7 @@ fn prepare_and_run(
         config.estimate.resume.clone_from(&args.resume);
     }
     let config = config;
+    args.record.as_deref().map_or(Ok(()), record::vacant)?;
     reporter.title("flexhex-gateway");
     let system = session::open_system(&config, reporter)?;
     let resume = learned::resumed(&config)?;
@@ -152,6 +153,7 @@ fn prepare_and_run(
     // from here on a task may listen to the keyboard
     realtime::stop::listen();
     let task = make(&config, &system)?;
+    let socket = open_cable(args, &config)?;
     if judged(args, &task) {
         let cycles = run_options(args, lockstep, system.base_step()).cycles;
         planned::judge(reporter, &config, &system, cycles)??;
@@ -164,14 +166,13 @@ fn prepare_and_run(
     let width = columns.len();
     let (sink, source) = ring(config.recorder.buffer_cycles, width);
     let plan = plan(args.record.as_deref(), &args.meta, &config, (&system, columns.clone()))?;
-    let writer = Writer::start(plan, source)?;
-    let socket = open_cable(args, &config)?;
     let base_step = system.base_step();
     let board = Arc::new(Board::new(width));
     watch::serve(&config, (args.options.page, args.record.as_deref()), &board, &columns)?;
     if let Some(port) = args.options.page {
         reporter.line("page", &format!("http://127.0.0.1:{port}/"));
     }
+    let writer = Writer::start(plan, source)?;
     let (computing, closer) = (controller.watch(), writer.closer());
     let patience = watch::patience(lockstep, &config);
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
@@ -198,13 +199,10 @@ fn prepare_and_run(
             Ok(Outcome { serials, ..control.run() })
         },
     );
-    let out = out?;
-    let trip = match &out.ending {
-        Ending::Tripped(trip, detail) => Some(format!("{}: {trip} {detail}", trip.reason.key())),
-        _ => None,
-    };
+    let trip = out.as_ref().ok().and_then(Outcome::trip_text);
     // a failed recording must not hide how the run ended
     let finished = writer.finish(trip);
+    let out = out?;
     reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
     finished?;
     if let (Some(recording), false) = (&args.record, args.dry_run) {

@@ -65,10 +65,7 @@ impl Workspace {
             dynamics: Dynamics::of(system, &config.system.reference, &config.system.feedforward)?,
             pace: Pace::of(&config.landing, system.base_step()),
             torque: config.landing.torque,
-            within: std::array::from_fn(|k| {
-                let limits = config.limits(k);
-                (limits.position_min, limits.position_max)
-            }),
+            within: std::array::from_fn(|k| config.limits(k).position()),
         }))
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import signal
 from pathlib import Path
@@ -76,6 +77,22 @@ def test_fmu_that_hangs_before_power_is_ended_by_ctrl_c(hexapod_ssp: Path, tmp_p
 
     ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, during=interrupt)
     assert ran.code == -signal.SIGINT
+    never_enabled(ran)
+
+
+def test_long_run_says_how_far_it_is_judged(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """Twelve days are judged for a minute before power; Ctrl-C ends it."""
+
+    def interrupt(gateway: Process) -> None:
+        assert gateway.stdout
+        told = next(json.loads(line) for line in gateway.stdout if '"judging"' in line)
+        assert told["of_s"] == 1e6
+        assert 0 < told["time_s"] < 1e6
+        gateway.send_signal(signal.SIGINT)
+
+    ran = Bench(hexapod_ssp, tmp_path).run(seconds=1e6, during=interrupt)
+    assert ran.code == -signal.SIGINT
+    assert "judging    the motion of 1000000 s, before power" in ran.words
     never_enabled(ran)
 
 

@@ -101,7 +101,7 @@ def test_relaxed_limits_are_reported_with_what_was_seen(tmp_path: Path) -> None:
         file = tmp_path / f"{name}.csv"
         file.write_text(head + "\n".join(rows) + "\n")
         late = {"p50": 1.0, "max": 30.0 + len(lost)}
-        summary = {"wake_up_us": late, "share_of_limits": {"jump": 0.01}}
+        summary = {"wake_up_us": late, "share_of_limits": {"jump": 0.01, "torque_step": 0.02}}
         driven[name] = Driven(summary, "", file)
     rows_of = {row["limit"]: row for row in runs.relaxed(driven)}
     assert set(rows_of) == set(PATIENT)
@@ -109,6 +109,7 @@ def test_relaxed_limits_are_reported_with_what_was_seen(tmp_path: Path) -> None:
     assert (overrun["configured"], overrun["here"], overrun["seen"]) == ("2000", "1000000", 35.0)
     assert rows_of["lost_frame_limit"]["seen"] == 3
     assert rows_of["jump_rad"]["seen"] == pytest.approx(0.0005)
+    assert rows_of["torque_step_N_m"]["seen"] == pytest.approx(1.0)
     assert rows_of["watchdog_ms"]["seen"] is None
 
 

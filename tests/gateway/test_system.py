@@ -213,8 +213,11 @@ def test_a_slow_step_trips(hexapod_ssp: Path, tmp_path: Path) -> None:
 
 
 def test_rust_tests_of_all_crates_pass(hexapod_ssp: Path) -> None:
-    """Of the faults drawn at random (gateway/src/cycle/tests/property.rs) those of the day."""
+    """Faults drawn at random (gateway/src/cycle/tests/property.rs) and spoiled replies
+    (bring_up.rs there): those of the day."""
     faults = ",".join(str(k) for k in draw(range(40), 2, "faults of the gateway"))
+    spoiled = draw(range(1_000_000), 1, "spoiled replies")[0]
     more = {"FLEXHEX_SSP": str(hexapod_ssp.resolve()), "FLEXHEX_FAULTS": faults}
+    more["FLEXHEX_DRAW"] = str(spoiled)
     done = cargo("test", "--workspace", **more)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -24,6 +24,8 @@ pub struct DeviceSettings {
     pub watchdog_dead: bool,
     /// SAFE-OP needs 0x60C2 to hold the period of SYNC0.
     pub period_checked: bool,
+    /// An emergency message comes before the answer to every so many-th SDO request; 0: none.
+    pub emergencies: u32,
 }
 
 pub struct Application {

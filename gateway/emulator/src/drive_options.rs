@@ -47,6 +47,9 @@ pub struct DriveOptions {
     /// SAFE-OP needs 0x60C2 to hold the period of SYNC0.
     #[serde(default)]
     pub period_checked: bool,
+    /// It sends an emergency message before the answer to every so many-th SDO request; 0: none.
+    #[serde(default)]
+    pub emergencies: u32,
     /// It stays switched on when it is to be enabled.
     #[serde(default)]
     pub never_enabled: bool,

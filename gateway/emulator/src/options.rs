@@ -189,6 +189,7 @@ impl Options {
             trigger_fixed: false,
             watchdog_dead: false,
             period_checked: false,
+            emergencies: 0,
         };
         let (mut initial, mut forced_mode, mut objects) = (Initial::Ready, None, Vec::new());
         let (mut never_enabled, mut reversed, mut slow) = (false, false, 0);
@@ -218,6 +219,7 @@ impl Options {
             settings.trigger_fixed |= special.trigger_fixed;
             settings.watchdog_dead |= special.watchdog_dead;
             settings.period_checked |= special.period_checked;
+            settings.emergencies += special.emergencies;
         }
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),

@@ -30,6 +30,8 @@ pub struct DeviceInfo {
     pub revision: u32,
     pub serial: u32,
     pub statusword: u16,
+    /// A drive of the configuration that did not say its statusword.
+    pub unread: bool,
     pub error_code: u16,
     /// It has a distributed clock.
     pub clock: bool,
@@ -38,10 +40,11 @@ pub struct DeviceInfo {
 /// Identity of every device in bus order, and its CiA 402 state if it has one.
 pub async fn scan(groups: &Groups, main: &'static MainDevice<'static>) -> Vec<DeviceInfo> {
     let mut devices = Vec::new();
-    for device in groups.drives.iter(main).chain(groups.others.iter(main)) {
+    let drives = groups.drives.iter(main).map(|device| (device, true));
+    for (device, drive) in drives.chain(groups.others.iter(main).map(|device| (device, false))) {
         let id = device.identity();
         // a device without these objects is no drive
-        let statusword = device.sdo_read(STATUSWORD, 0).await.unwrap_or(0);
+        let statusword = device.sdo_read(STATUSWORD, 0).await;
         let error_code = device.sdo_read(ERROR_CODE, 0).await.unwrap_or(0);
         devices.push(DeviceInfo {
             position: usize::from(device.configured_address() - FIRST_ADDRESS),
@@ -50,7 +53,8 @@ pub async fn scan(groups: &Groups, main: &'static MainDevice<'static>) -> Vec<De
             product_code: id.product_id,
             revision: id.revision,
             serial: id.serial,
-            statusword,
+            unread: drive && statusword.is_err(),
+            statusword: statusword.unwrap_or(0),
             error_code,
             clock: device.dc_support().any(),
         });

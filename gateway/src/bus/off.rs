@@ -31,6 +31,8 @@ pub enum OffError {
     Silent,
     /// Positions of drives that do not obey controlword 0.
     Energised(Vec<usize>),
+    /// Positions of devices that did not say whether they are.
+    Unread(Vec<usize>),
     /// The devices could not be initialised.
     Bus(BusError),
 }
@@ -50,16 +52,25 @@ impl fmt::Display for OffError {
                 "the drives stopped replying: press the emergency stop, check the cable",
             ),
             OffError::Energised(positions) => {
-                let named: Vec<_> = positions.iter().map(|p| format!("position {p}")).collect();
+                let named = named(positions);
                 write!(
                     f,
-                    "still energised: {}: press the emergency stop; a drive does not obey controlword 0",
-                    named.join(", ")
+                    "still energised: {named}: press the emergency stop; a drive does not obey controlword 0"
                 )
             }
+            OffError::Unread(positions) => write!(
+                f,
+                "not known to be without power: {}: no answer to a read of 0x6041: press the emergency stop",
+                named(positions)
+            ),
             OffError::Bus(why) => why.fmt(f),
         }
     }
+}
+
+fn named(positions: &[usize]) -> String {
+    let named: Vec<_> = positions.iter().map(|p| format!("position {p}")).collect();
+    named.join(", ")
 }
 
 impl Ends for OffError {
@@ -103,11 +114,15 @@ pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, OffErro
     let devices = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or(Err(OffError::Silent))?;
     let request = Command::bwr(al::CONTROL).ignore_wkc();
     wire.drive(request.send(main, u16::from(al::INIT)), now_ns() + REPLY_NS);
-    let still = devices.iter().filter(|d| cia402::state(d.statusword).is_energised());
-    let still: Vec<_> = still.map(|d| d.position).collect();
-    match still.is_empty() {
-        true => Ok(devices),
-        false => Err(OffError::Energised(still)),
+    let those = |wanted: fn(&DeviceInfo) -> bool| -> Vec<usize> {
+        devices.iter().filter(|d| wanted(d)).map(|d| d.position).collect()
+    };
+    let energised = those(|d| cia402::state(d.statusword).is_energised());
+    let unread = those(|d| d.unread);
+    match (&energised[..], &unread[..]) {
+        ([], []) => Ok(devices),
+        ([], _) => Err(OffError::Unread(unread)),
+        _ => Err(OffError::Energised(energised)),
     }
 }
 

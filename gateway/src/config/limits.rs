@@ -42,6 +42,13 @@ pub struct PoseLimit {
     pub max: f64,
 }
 
+impl Limits {
+    /// Smallest and largest angle [rad].
+    pub fn position(&self) -> (f64, f64) {
+        (self.position_min, self.position_max)
+    }
+}
+
 impl PoseLimit {
     pub fn allows(&self, value: f64) -> bool {
         (self.min..=self.max).contains(&value)

@@ -41,6 +41,10 @@ pub struct Outcome {
     pub to_zero: u32,
     pub to_disabled: Option<u32>,
     pub reaction: ReactionKind,
+    /// Times [s] in which axes braked that took less than `landing.brake_ms`.
+    pub brakes: [Option<f64>; AXES],
+    /// Axes whose brake ended outside their limits all the same.
+    pub passed: [bool; AXES],
     /// What cut a landing short.
     pub landing_trip: Option<Trip>,
     /// Its cause, if a drive told it.
@@ -85,6 +89,8 @@ impl Outcome {
             to_zero: 0,
             to_disabled: None,
             reaction: ReactionKind::Zero,
+            brakes: [None; AXES],
+            passed: [false; AXES],
             landing_trip: None,
             landing_detail: String::new(),
             disabled: [false; AXES],
@@ -153,6 +159,12 @@ impl Outcome {
     /// Axes, from 1, whose drive may still have power.
     pub fn unconfirmed(&self) -> Vec<usize> {
         (0..AXES).filter(|k| !self.disabled[*k]).map(|k| k + 1).collect()
+    }
+
+    /// Why it tripped, as recordings have it.
+    pub fn trip_text(&self) -> Option<String> {
+        let Ending::Tripped(trip, detail) = &self.ending else { return None };
+        Some(format!("{}: {trip} {detail}", trip.reason.key()))
     }
 
     /// It ended as wanted: on its rest pose, every drive disabled.

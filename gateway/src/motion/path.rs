@@ -14,9 +14,14 @@ const PEAK: f64 = 1.875;
 pub struct Path {
     from: Angles,
     rate: Angles,
+    /// Where the axes pause, and where they go from there.
+    stand: Angles,
     to: Angles,
+    /// Cycles in which each axis brakes, and in which it goes from there to where it pauses.
+    brake: [u32; AXES],
+    back: [u32; AXES],
     /// Cycles of each part.
-    brake: u32,
+    stopping: u32,
     pause: u32,
     travel: u32,
     wait: u32,
@@ -48,37 +53,64 @@ impl Pace {
 impl Path {
     /// From `from` [rad] at `rate` [rad/s] to `to` at rest.
     pub fn new(from: Angles, rate: Angles, to: Angles, pace: Pace) -> Path {
+        let anywhere = [(f64::NEG_INFINITY, f64::INFINITY); AXES];
+        Path::within(from, rate, ([pace.brake; AXES], &anywhere), to, pace)
+    }
+
+    /// The same with axes that brake in `times` [s] and go back where that ends outside `limits` [rad].
+    pub fn within(
+        from: Angles,
+        rate: Angles,
+        (times, limits): (Angles, &[(f64, f64); AXES]),
+        to: Angles,
+        pace: Pace,
+    ) -> Path {
         let cycles = |time: f64| (time / pace.base_step).round() as u32;
+        // a way of a few cycles would take an acceleration that no axis gives
+        let moving = |far: f64| match (PEAK * far / pace.speed / pace.base_step).ceil() as u32 {
+            0 => 0,
+            least => least.max(cycles(pace.brake)),
+        };
         let still = rate.iter().all(|rate| *rate == 0.0);
         let mut path = Path {
             from,
             rate,
+            stand: from,
             to,
-            brake: if still { 0 } else { cycles(pace.brake) },
+            brake: times.map(|time| if still { 0 } else { cycles(time) }),
+            back: [0; AXES],
+            stopping: 0,
             pause: if still { 0 } else { cycles(pace.pause) },
             travel: 0,
             wait: cycles(pace.pause),
             base_step: pace.base_step,
         };
         let stop = path.stop();
-        let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - stop[k]).abs()));
-        path.travel = (PEAK * far / pace.speed / pace.base_step).ceil() as u32;
-        if path.travel > 0 {
-            // a way of a few cycles would take an acceleration that no axis gives
-            path.travel = path.travel.max(cycles(pace.brake));
+        if !still {
+            path.stand = std::array::from_fn(|k| stop[k].clamp(limits[k].0, limits[k].1));
+            path.back = std::array::from_fn(|k| moving((path.stand[k] - stop[k]).abs()));
         }
+        path.stopping = (0..AXES).fold(0, |most, k| most.max(path.brake[k] + path.back[k]));
+        path.travel = moving((0..AXES).fold(0.0, |far, k| far.max((to[k] - path.stand[k]).abs())));
         path
     }
 
     /// Where braking ends.
     pub fn stop(&self) -> Angles {
-        let time = f64::from(self.brake) * self.base_step;
-        std::array::from_fn(|k| self.from[k] + self.rate[k] * time / 2.0)
+        std::array::from_fn(|k| {
+            let time = f64::from(self.brake[k]) * self.base_step;
+            self.from[k] + self.rate[k] * time / 2.0
+        })
     }
 
-    /// Cycles until it stands there.
+    /// Axes that come to rest outside their limits, and go back.
+    pub fn goes_back(&self) -> [bool; AXES] {
+        self.back.map(|cycles| cycles > 0)
+    }
+
+    /// Cycles until it stands where it pauses.
     pub fn braking(&self) -> u32 {
-        self.brake
+        self.stopping
     }
 
     /// Angles, rates and accelerations of the cycle after k, by differences.
@@ -98,25 +130,38 @@ impl Path {
 
     /// Cycles until all is over.
     pub fn cycles(&self) -> u32 {
-        self.brake + self.pause + self.travel + self.wait
+        self.stopping + self.pause + self.travel + self.wait
     }
 
     /// Positions in cycle k [rad].
     pub fn at(&self, k: u32) -> Angles {
-        if k < self.brake {
-            let time = f64::from(self.brake) * self.base_step;
-            let s = f64::from(k) / f64::from(self.brake);
-            // the rate falls as 1 - 3 s^2 + 2 s^3
-            let share = s - s * s * s + s * s * s * s / 2.0;
-            return std::array::from_fn(|axis| self.from[axis] + self.rate[axis] * time * share);
+        if k < self.stopping {
+            return std::array::from_fn(|axis| self.stopping(axis, k));
         }
-        let moved = k.saturating_sub(self.brake + self.pause);
+        let moved = k.saturating_sub(self.stopping + self.pause);
         if moved >= self.travel {
             return self.to;
         }
         let share = smooth(f64::from(moved) / f64::from(self.travel));
-        let stop = self.stop();
-        std::array::from_fn(|axis| stop[axis] + (self.to[axis] - stop[axis]) * share)
+        let stand = self.stand;
+        std::array::from_fn(|axis| stand[axis] + (self.to[axis] - stand[axis]) * share)
+    }
+
+    /// The same of an axis that brakes, or goes from there to where it pauses.
+    fn stopping(&self, axis: usize, k: u32) -> f64 {
+        let (brake, back) = (self.brake[axis], self.back[axis]);
+        if k < brake {
+            let time = f64::from(brake) * self.base_step;
+            let s = f64::from(k) / f64::from(brake);
+            // the rate falls as 1 - 3 s^2 + 2 s^3
+            let share = s - s * s * s + s * s * s * s / 2.0;
+            return self.from[axis] + self.rate[axis] * time * share;
+        }
+        let (stop, stand) = (self.stop()[axis], self.stand[axis]);
+        if k - brake >= back {
+            return stand;
+        }
+        stop + (stand - stop) * smooth(f64::from(k - brake) / f64::from(back))
     }
 }
 

@@ -127,15 +127,10 @@ fn from_any_state_with_any_single_fault_the_machine_ends_at_rest() {
             let (theta, rate) = (chance.axes(0.4), chance.axes(1.0));
             let mut machine = Machine { theta, rate, weight };
             let path = Path::new(theta, rate, REST, pace());
-            let mut blind = [false; AXES];
-            if let Fault::Blind(k) = fault {
-                blind[k] = true;
-            }
+            let blind = std::array::from_fn(|k| fault == Fault::Blind(k));
             let mut mover = Mover::new(mechanics(), path, REST, blind);
             mover.step(&theta, 0);
-            let mut seen = theta;
-            let mut n = 0;
-            let mut fast: f64 = 0.0;
+            let (mut seen, mut n, mut fast) = (theta, 0, 0.0_f64);
             while mover.left() > 0 {
                 machine.step(&mover.tau);
                 if fault != Fault::Lost || n % 8 == 0 {
@@ -155,17 +150,41 @@ fn from_any_state_with_any_single_fault_the_machine_ends_at_rest() {
                 fallen = machine.rate.iter().fold(fallen, |fallen, rate| fallen.max(rate.abs()));
             }
             assert!(fallen < 0.5, "{fault:?}: {fallen} rad/s after the power was taken");
-            let still = machine.rate.iter().all(|rate| rate.abs() < 0.1);
-            assert!(still, "{fault:?}: {:?}", machine.rate);
+            let rate = machine.rate;
+            assert!(rate.iter().all(|rate| rate.abs() < 0.1), "{fault:?}: {rate:?}");
         }
     }
 }
 
 #[test]
+fn an_axis_that_moves_towards_its_stop_is_braked_before_it() {
+    let (mut chance, mut shorter) = (Chance(3), 0);
+    for _ in 0..200 {
+        let theta = chance.axes(0.1).map(|angle| angle + 0.4_f64.copysign(angle));
+        let rate = chance.axes(1.0);
+        let mut machine = Machine { theta, rate, weight: 1.0 };
+        let limits = [(-0.52, 0.52); AXES];
+        let times = brake::within(&theta, &rate, &limits, (H, pace().brake));
+        shorter += times.iter().filter(|time| **time < pace().brake).count();
+        let path = Path::within(theta, rate, (times, &limits), REST, pace());
+        let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);
+        for _ in 0..path.braking() {
+            let (m, hold) = (mover.motion(), mechanics().holding(&mover.r, &REST));
+            let moving = |k: usize| INERTIA * m.thetadd[k] + FRICTION * m.thetad[k];
+            mover.model = Some(std::array::from_fn(|k| hold[k] + moving(k)));
+            mover.step(&machine.theta, 0);
+            machine.step(&mover.tau);
+            assert!(machine.theta.iter().all(|theta| theta.abs() < STROKE), "{theta:?} {rate:?}");
+        }
+    }
+    assert!(shorter > 30, "{shorter} of 1200 axes");
+}
+
+#[test]
 fn a_landing_begins_with_the_torque_that_it_is_given_within_its_limit() {
     let from = [0.3; AXES];
-    let mut mover =
-        Mover::new(mechanics(), Path::new(from, [0.0; AXES], REST, pace()), REST, [false; AXES]);
+    let path = Path::new(from, [0.0; AXES], REST, pace());
+    let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);
     let given = [-2.0, 0.0, 1.2, 3.0, 5.9, 16.0];
     mover.begin_with(&given, &mover.holding());
     mover.step(&from, 0);

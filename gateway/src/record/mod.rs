@@ -5,6 +5,7 @@
 
 mod columns;
 mod error;
+mod file;
 mod provenance;
 mod ring;
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod tests;
 mod writer;
 
 pub use columns::{time_of, Columns};
+pub use file::{vacant, Plan};
 pub use provenance::{now, provenance};
 pub use ring::{ring, Sink};
-pub use writer::{Closer, Plan, Writer, Written};
+pub use writer::{Closer, Writer, Written};

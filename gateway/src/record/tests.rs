@@ -1,7 +1,7 @@
 use super::error::RecordError;
 use super::ring::ring;
-use super::writer::{Plan, Writer};
-use super::{time_of, Columns};
+use super::writer::Writer;
+use super::{time_of, vacant, Columns, Plan};
 use std::path::PathBuf;
 
 #[test]
@@ -121,6 +121,19 @@ fn a_trip_is_kept_although_the_recording_failed() {
     let text = std::fs::read_to_string(kept).unwrap();
     assert!(text.contains("# trip: jump") && text.ends_with("2,0,1\n3,0,1\n4,0,1\n"), "{text}");
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_recording_without_a_row_leaves_no_file() {
+    let (sink, source) = ring(64, 3);
+    let plan = plan("refused", 3);
+    let file = plan.recording.clone().unwrap();
+    let writer = Writer::start(plan, source).unwrap();
+    assert!(vacant(&file).is_err(), "it is there while it may get rows");
+    drop(sink);
+    assert_eq!(writer.finish(None).unwrap().recording, None);
+    vacant(&file).unwrap();
+    std::fs::remove_dir_all(file.parent().unwrap()).unwrap();
 }
 
 #[test]

@@ -13,6 +13,14 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
+    for (k, time) in out.brakes.iter().enumerate() {
+        let Some(time) = time else { continue };
+        let why = match out.passed[k] {
+            false => "to stay within its position limits",
+            true => "no sooner by landing.torque_N_m: it passed its position limits",
+        };
+        reporter.line("braked", &format!("axis {} in {:.0} ms, {why}", k + 1, time * 1e3));
+    }
     links::print(reporter, &out.links, links::IN_THE_RUN);
     links::print_clocks(reporter, &out.clocks);
     let stood = if let Task::Poses(poses) = &out.task { poses.stood.as_slice() } else { &[] };
@@ -54,6 +62,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "largest_error_rad": out.most_error,
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
             "reaction": out.reaction.key(), "not_disabled": out.unconfirmed(),
+            "brakes_s": out.brakes, "passed_limits": out.passed,
             "landing_trip": out.landing_trip.map(|trip| trip.to_string()),
             "landing_detail": out.landing_detail,
             "recording": written.recording, "before_trip": written.before_trip,

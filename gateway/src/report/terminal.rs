@@ -56,10 +56,10 @@ impl Reporter {
         }
     }
 
-    /// The status line, rewritten during a run; only on a terminal.
-    pub fn live(&self, text: &str) {
+    /// A status line that is rewritten; only on a terminal.
+    pub fn live(&self, label: &str, text: &str) {
         if self.colour {
-            let text = format!("\r\x1b[2K  {}{text}", self.dim("running"));
+            let text = format!("\r\x1b[2K  {}{text}", self.dim(label));
             self.raw(&text);
         }
     }

@@ -14,6 +14,7 @@
 
 mod cable;
 mod clock;
+mod emergency;
 #[cfg(test)]
 mod fuzz_tests;
 mod port_error;
@@ -82,6 +83,8 @@ pub struct Wire<L: Link> {
     slots: [Slot; 256],
     /// Number of the newest frame with each index.
     numbers: [u32; 256],
+    /// How often each was sent again.
+    again: [u16; 256],
     next_number: u32,
     buffer: [u8; LARGEST],
     lockstep: bool,
@@ -102,6 +105,7 @@ impl<L: Link> Wire<L> {
             rx,
             slots: [Slot::Never; 256],
             numbers: [0; 256],
+            again: [0; 256],
             next_number: 0,
             buffer: [0; LARGEST],
             lockstep: false,
@@ -150,7 +154,7 @@ impl<L: Link> Wire<L> {
             let (link, counts, copy) = (&mut self.link, &mut self.counts, &mut self.buffer);
             let number = self.next_number;
             self.next_number = number.wrapping_add(1);
-            let (slots, numbers) = (&mut self.slots, &mut self.numbers);
+            let (slots, numbers, again) = (&mut self.slots, &mut self.numbers, &mut self.again);
             // a frame that the kernel refuses counts as lost in its cycle
             let _ = frame.send_blocking(|bytes| {
                 let copy = &mut copy[..bytes.len()];
@@ -158,7 +162,7 @@ impl<L: Link> Wire<L> {
                 copy[NUMBER].copy_from_slice(&number.to_le_bytes());
                 if link.send(copy) {
                     let slot = bytes[INDEX] as usize;
-                    (slots[slot], numbers[slot]) = (Slot::InFlight, number);
+                    (slots[slot], numbers[slot], again[slot]) = (Slot::InFlight, number, 0);
                     counts.sent += 1;
                 }
                 Ok(bytes.len())
@@ -201,6 +205,11 @@ impl<L: Link> Wire<L> {
             return;
         }
         match state {
+            Slot::InFlight if emergency::asks_again(&self.buffer[..length], self.again[slot]) => {
+                self.again[slot] += 1;
+                emergency::request(&mut self.buffer[..length]);
+                self.link.send(&self.buffer[..length]);
+            }
             Slot::InFlight => match self.answer(length) {
                 Ok(ethercrab::ReceiveAction::Processed) => {
                     self.slots[slot] = Slot::Answered;

@@ -8,6 +8,7 @@ use sdo::{Objects, Server};
 const HEADER: usize = 6;
 const TYPE_ERROR: u8 = 0;
 const TYPE_COE: u8 = 3;
+const COE_EMERGENCY: u16 = 1;
 const COE_SDO_REQUEST: u16 = 2;
 const COE_SDO_REPLY: u16 = 3;
 const ERROR_UNSUPPORTED_PROTOCOL: u16 = 2;
@@ -63,6 +64,14 @@ impl Mailbox {
         let mut body = (service << 12).to_le_bytes().to_vec();
         body.extend(reply);
         Some(self.message(TYPE_COE, &body))
+    }
+
+    /// An emergency message with this error code, which nobody asked for [ETG.1000.6, 5.6.4].
+    pub fn emergency(&mut self, code: u16) -> Vec<u8> {
+        let mut body = (COE_EMERGENCY << 12).to_le_bytes().to_vec();
+        body.extend(code.to_le_bytes());
+        body.extend([0; 6]);
+        self.message(TYPE_COE, &body)
     }
 
     fn error(&mut self, code: u16) -> Vec<u8> {

@@ -122,6 +122,10 @@ impl Esc {
         self.put(address, &[if full { FULL } else { 0 }]);
     }
 
+    pub fn is_full(&self, index: usize) -> bool {
+        self.get(reg::SM + 8 * index as u16 + 5, 1) == [FULL]
+    }
+
     /// `[ns]` of the process-data watchdog as configured.
     pub fn watchdog_period(&self) -> i64 {
         watchdog::period(self.get16(reg::WATCHDOG_DIVIDER), self.get16(reg::WATCHDOG_PROCESS))

@@ -10,10 +10,16 @@ use crate::esc::state::{code, Answer, Layer, State};
 use crate::esc::Esc;
 use crate::sii;
 
+/// Error code of emergency messages: a voltage is low.
+const EMERGENCY: u16 = 0x3220;
+
 pub struct SubDevice {
     pub esc: Esc,
     pub layer: Layer,
     mailbox: Mailbox,
+    /// Requests so far, and an answer that waits until the mailbox is empty.
+    requests: u32,
+    waiting: Option<Vec<u8>>,
     application: Application,
 }
 
@@ -33,6 +39,8 @@ impl SubDevice {
             esc: Esc::new(image, clock),
             layer: Layer::new(),
             mailbox: Mailbox::default(),
+            requests: 0,
+            waiting: None,
             application,
         };
         (device.esc.trigger_fixed, device.esc.watchdog_dead) = (fixed, dead);
@@ -59,6 +67,10 @@ impl SubDevice {
         if std::mem::take(&mut self.esc.mailbox_written) {
             self.serve_mailbox();
         }
+        if self.waiting.is_some() && !self.esc.is_full(1) {
+            self.post(self.waiting.clone());
+            self.waiting = None;
+        }
     }
 
     fn serve_mailbox(&mut self) {
@@ -70,9 +82,24 @@ impl SubDevice {
         }
         let room = usize::from(outbox.length);
         let reply = self.mailbox.answer(&request, room, &mut self.application);
-        if let Some(mut reply) = reply.filter(|_| outbox.enabled()) {
-            reply.resize(room, 0);
-            self.esc.put(outbox.start, &reply);
+        self.requests = self.requests.wrapping_add(1);
+        let every = self.application.settings.emergencies;
+        if every > 0 && self.requests.is_multiple_of(every) {
+            self.waiting = reply;
+            let message = self.mailbox.emergency(EMERGENCY);
+            return self.post(Some(message));
+        }
+        // a new request ends the wait for an older answer
+        self.waiting = None;
+        self.post(reply);
+    }
+
+    /// Into the mailbox that the MainDevice reads.
+    fn post(&mut self, message: Option<Vec<u8>>) {
+        let outbox = self.esc.sm(1);
+        if let Some(mut message) = message.filter(|_| outbox.enabled()) {
+            message.resize(usize::from(outbox.length), 0);
+            self.esc.put(outbox.start, &message);
             self.esc.set_full(1, true);
         }
     }
@@ -102,6 +129,7 @@ impl SubDevice {
         }
         if state == State::Init {
             self.mailbox.reset();
+            self.waiting = None;
             self.esc.set_full(0, false);
             self.esc.set_full(1, false);
         }
