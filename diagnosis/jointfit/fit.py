@@ -125,9 +125,11 @@ def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array
     rubbed = friction(blocks)
     more = rubbed[0].shape[2]
     prior = np.diag([*free, *np.zeros(more)])
-    columns = [np.concatenate([b.linear, f], axis=2) for b, f in zip(blocks, rubbed, strict=True)]
-    B = np.concatenate([c[::COARSE][t.usable] for c, t in zip(columns, thin, strict=True)])
-    known = [b.linear[::COARSE] @ base.loaded(nominal, b.run.payload) for b in blocks]
+    few, every = slice(None, None, COARSE), range(len(nominal))
+    pairs = zip(blocks, rubbed, strict=True)
+    columns = [np.concatenate([b.linear.at(every, few), f[few]], axis=2) for b, f in pairs]
+    B = np.concatenate([c[t.usable] for c, t in zip(columns, thin, strict=True)])
+    known = [b.linear.times(base.loaded(nominal, b.run.payload), few) for b in blocks]
     size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
     weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
     left, solutions = dict[int, float](), dict[int, Array]()

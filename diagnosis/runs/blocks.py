@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import moving
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.errors import LogError
@@ -93,14 +94,14 @@ class Made:
 class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
-    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns; moves
-    (m, n): where each axis does not rest.
+    weights (m, samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where
+    each axis does not rest.
     """
 
     run: Run
     at: Array
     weights: csr_array
-    linear: Array
+    linear: Linear
     usable: Mask
     moves: Mask
     made: Made = field(default_factory=Made, init=False, compare=False)
@@ -205,7 +206,8 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     weights, filled = hann_weights(local, motion.t0, motion.ts, run.valid, base.window)
     _, known = hann_weights(local, tau.t0, tau.ts, tau.valid, base.window)
     rows = base.rows(motion, weights)
-    return Block(run, at, weights, rows, filled & known, np.ones(rows.shape[:2], dtype=bool))
+    linear = Linear.of(rows, base.linear)
+    return Block(run, at, weights, linear, filled & known, np.ones(rows.shape[:2], dtype=bool))
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:
