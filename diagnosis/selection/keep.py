@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-ROOM = 100_000_000
-"""Room for columns [bytes]."""
+ROOM = 300_000_000
+"""Room for columns [bytes]: a search ends before what takes most memory begins, and takes twice the
+time where it has to make columns again."""
 
 
 @dataclass(frozen=True, eq=False)
