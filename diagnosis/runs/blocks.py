@@ -40,6 +40,12 @@ class TimeSeries:
     values: Array
     valid: Mask
 
+    @cached_property
+    def spread(self) -> tuple[int, Array, Array]:
+        """How many samples are valid, their mean (n,) and variance (n,)."""
+        values = self.values[self.valid]
+        return len(values), values.mean(axis=0), values.var(axis=0)
+
 
 @dataclass(frozen=True)
 class Run:
@@ -133,8 +139,9 @@ class Block:
 
 def torque_rms(blocks: Sequence[Block]) -> Array:
     """RMS of the torque about its mean, of each axis (n,) [N m]."""
-    values = [block.run.tau.values[block.run.tau.valid] for block in blocks]
-    return np.asarray(np.concatenate(values).std(axis=0))
+    counts, means, variances = map(np.array, zip(*(b.run.tau.spread for b in blocks), strict=True))
+    share = counts / counts.sum()
+    return np.asarray(np.sqrt(share @ (variances + (means - share @ means) ** 2)))
 
 
 def torque_at(block: Block, window: float, delay: float) -> Array:

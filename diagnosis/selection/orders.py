@@ -85,7 +85,7 @@ def waves(rows: Rows, axis: int) -> Waves:
     high = max(2 * np.pi / max(slow * window, 1e-9 * stroke), 2 * low)
     finest = min(np.ceil(BINS * stroke * high / (2 * np.pi)), len(angle) * BINS)
     place, coarsest = (angle - angle.min()) / stroke, min(SHOWN**2, finest)
-    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * int(finest) // 2 + 1)
+    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * int(finest) // 2 + 1.0)
     octaves = list[Octave]()
     for octave in range(int(np.ceil(np.log2(high / low)))):
         first = low * 2.0**octave
@@ -95,7 +95,7 @@ def waves(rows: Rows, axis: int) -> Waves:
         count = next_fast_len(int(np.clip(wanted, coarsest, finest)), real=True)
         bins = np.minimum(place * count, count - 1).astype(np.int32)
         shares = smoothed(2**0.5 * first * rate * window / (2 * np.pi))
-        filled = np.bincount(bins, shares**2, count)
+        filled = np.asarray(np.bincount(bins, shares**2, count), dtype=float)
         if np.minimum(filled, 1.0).sum() < SHOWN:
             break
         # beside noise of one size in all rows
