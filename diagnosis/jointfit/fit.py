@@ -179,21 +179,17 @@ def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Arra
     than it has for itself.
     """
     count, noise = len(model.base.linear), model.noise
-
-    def freed() -> tuple[Array, float]:
-        free, off = freely(model.regression, count)
-        return free.q, off
-
-    q, off = freed()
+    free, off = freely(model.regression, count)
     for _ in range(FITS):
-        left = model.residual(q)
+        values, left = _moved(model, free.q), model.residual(free.q)
         even = _even(replace(model, noise=noise), left)
         # the rows so far, before those with other weights
         model.forget()
-        there = about(model.base, model.blocks, _moved(model, q), even, (), given, model.errors)
+        del free
+        there = about(model.base, model.blocks, values, even, (), given, model.errors)
         model = with_friction(there).doubted(left)
-        q, off = freed()
-    return model, q, off
+        free, off = freely(model.regression, count)
+    return model, free.q, off
 
 
 def _even(model: Calibrated, left: Sequence[Array]) -> Noise:
