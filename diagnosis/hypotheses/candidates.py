@@ -204,7 +204,7 @@ class Bench:
     def _followed(self, item: Compiled, axis: int) -> list[tuple[Array, Array]]:
         """Signals that the states of an effect follow, and the same with half steps, of each block;
         the last ones are kept, as all shapes of an effect want them."""
-        kind = (item.alone, item.by_way, item.effect.entered, item.effect.geared, item.moved), axis
+        kind = axis, item.alone, item.by_way, item.effect.entered, item.effect.geared, item.moved
         if kind not in self._halves:
             pairs = zip(self._inputs(item, axis), self.model.blocks, strict=True)
             listed = [followed(item, own, b.run.motion, axis) for own, b in pairs]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ROOM = 300_000_000
-"""Room for columns [bytes]: a search ends before what takes most memory begins, and takes twice the
-time where it has to make columns again."""
+"""Room for columns [bytes]. Fits before and after a search take more memory; a search that has to
+make its columns again takes longer."""
 
 
 @dataclass(frozen=True, eq=False)
