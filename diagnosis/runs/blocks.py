@@ -43,8 +43,9 @@ class TimeSeries:
     @cached_property
     def spread(self) -> tuple[int, Array, Array]:
         """How many samples are valid, their mean (n,) and variance (n,)."""
-        values = self.values[self.valid]
-        return len(values), values.mean(axis=0), values.var(axis=0)
+        values, count = self.values[self.valid], int(self.valid.sum())
+        mean = values.sum(axis=0) / max(count, 1)
+        return count, mean, ((values - mean) ** 2).sum(axis=0) / max(count, 1)
 
 
 @dataclass(frozen=True)
