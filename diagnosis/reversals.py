@@ -33,9 +33,9 @@ def angle_noise(theta: Array) -> Array:
     """
     if len(theta) < ORDER + 2:
         return np.zeros(theta.shape[1])
-    squares = np.sort(np.diff(theta, ORDER, axis=0) ** 2, axis=0)
-    kept = squares[: max(1, int(KEPT * len(squares)))]
-    noise = np.sqrt(kept.mean(axis=0) / GAIN)
+    squares = np.diff(theta, ORDER, axis=0) ** 2
+    count = max(1, int(KEPT * len(squares)))
+    noise = np.sqrt(np.partition(squares, count - 1, axis=0)[:count].mean(axis=0) / GAIN)
     return np.asarray(np.maximum(noise, encoder_step(theta) / np.sqrt(12.0)))
 
 

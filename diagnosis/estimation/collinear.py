@@ -79,7 +79,8 @@ def _standing_for(
     linear, more = estimated.model.base.linear, dict[int, tuple[tuple[int, float], ...]]()
     for gone in (place for place, known in enumerate(linear) if known.name in out):
         axis = linear[gone].axis or 0
-        rows = np.concatenate([b.linear[b.usable, axis] for b in estimated.model.blocks])
+        every, blocks = range(len(linear)), estimated.model.blocks
+        rows = np.concatenate([b.linear.at(every)[b.usable, axis] for b in blocks])
         kept = [
             place
             for place, known in enumerate(linear)

@@ -72,7 +72,7 @@ def _heavier(estimated: Estimated) -> list[str]:
     sizes, shares = [], []
     for block, rest in zip(model.blocks, rests, strict=True):
         y = (rest * weight)[block.usable].ravel()
-        A = block.linear[:, :, places] * weight[None, :, None]
+        A = block.linear.at(places) * weight[None, :, None]
         A = A[block.usable].reshape(len(y), -1)
         p = np.linalg.lstsq(A, y, rcond=1e-6)[0]
         sizes.append(float(p[massive]))

@@ -38,7 +38,8 @@ class Bench:
         """across: time goes on from run to run instead of starting anew."""
         self.model, self.n, self.across = model, model.base.n, across
         self.effects = {c.effect.id: c for c in effects}
-        self._kept: dict[tuple[int, bool, str, bool], list[Array]] = {}
+        self._signals: dict[bool, list[Array]] = {}
+        self._kept: dict[tuple[int, bool, str, bool, bool], list[Array]] = {}
         self._halves: dict[tuple[object, ...], list[tuple[Array, Array]]] = {}
         self._shapes: dict[tuple[str, int], list[dict[str, float]]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
@@ -47,11 +48,6 @@ class Bench:
     def beside(self, model: Calibrated) -> Bench:
         """The same candidates along other runs."""
         return Bench(model, list(self.effects.values()), self.across)
-
-    @cached_property
-    def signals(self) -> list[Array]:
-        """Signals of all axes (samples, n, 6) of each block."""
-        return signals_of(self.model, self.across)
 
     @cached_property
     def _misread(self) -> Misread:
@@ -77,9 +73,8 @@ class Bench:
     def forget(self) -> None:
         """Let go of columns and of the signals that they are made of: they take more memory than
         all else, and are made again when asked for."""
-        for kept in (self._grids, self._errors, self._kept, self._halves):
+        for kept in (self._grids, self._errors, self._signals, self._kept, self._halves):
             kept.clear()
-        vars(self).pop("signals", None)
 
     def names(self, axis: int | None) -> list[str]:
         """Ids of the effects that an axis (None: the whole) may have."""
@@ -183,12 +178,13 @@ class Bench:
         item, step = self.effects[name], STEP * float(self.model.torque_rms[axis])
         fixed = np.array([shape[s.name] for s in item.effect.shapes])
         shares = []
-        for block, inputs in zip(self.model.blocks, self._inputs(item, axis), strict=True):
+        pairs = zip(self.model.blocks, self._inputs(item, axis, seen=True), strict=True)
+        for block, inputs in pairs:
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
             rest = alike(np.zeros(1), len(inputs)), alike(fixed, len(inputs))
             above, below = (item.columns(inputs + way * pushed, *rest)[0] for way in (1, -1))
-            shares.append(block.smooth((above - below)[:, 0] / (2 * step)))
+            shares.append(block.smooth_seen((above - below)[:, 0] / (2 * step)))
         return shares
 
     def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
@@ -196,7 +192,8 @@ class Bench:
         the torque is the one that it acts on. seen: of the samples that lie in any window."""
         effect = item.effect
         place = "drive" if effect.entered else "link" if effect.geared else ""
-        kind = axis, item.alone, place, seen
+        # a torque takes longest to make: what does not go with it does without, until it is there
+        kind = axis, item.alone, place, seen, not item.moved or True in self._signals
         if kind not in self._kept:
             self._kept[kind] = self._signals_of(*kind)
             others = [other for other in self._kept if other[0] != axis]
@@ -207,16 +204,20 @@ class Bench:
     def _followed(self, item: Compiled, axis: int) -> list[tuple[Array, Array]]:
         """Signals that the states of an effect follow, and the same with half steps, of each block;
         the last ones are kept, as all shapes of an effect want them."""
-        kind = axis, item.alone, item.by_way, item.effect.entered, item.effect.geared
+        kind = axis, item.alone, item.by_way, item.effect.entered, item.effect.geared, item.moved
         if kind not in self._halves:
             pairs = zip(self._inputs(item, axis), self.model.blocks, strict=True)
             listed = [followed(item, own, b.run.motion, axis) for own, b in pairs]
             self._halves = {kind: [(signals, halved(item, signals)) for signals in listed]}
         return self._halves[kind]
 
-    def _signals_of(self, axis: int, alone: bool, place: str, seen: bool) -> list[Array]:
+    def _signals_of(
+        self, axis: int, alone: bool, place: str, seen: bool, torques: bool
+    ) -> list[Array]:
+        if torques not in self._signals:
+            self._signals = {torques: signals_of(self.model, self.across, torques)}
         inputs_of_blocks = []
-        for k, signals in enumerate(self.signals):
+        for k, signals in enumerate(self._signals[torques]):
             own = np.ascontiguousarray(signals[:, axis])
             inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
             if place:

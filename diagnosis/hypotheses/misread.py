@@ -68,14 +68,16 @@ class Misread:
         return self._slopes[axis]
 
     def _slope(self, k: int, axis: int) -> list[Array]:
-        motion, slopes = self.motions[k], list[Array]()
+        motion, level, slopes = self.motions[k], self._level[k], list[Array]()
         for name in SIGNALS:
             moved = getattr(motion, name).copy()
             step = STEP * float(np.abs(moved[:, axis]).max()) or STEP
             moved[:, axis] += step
             # hysteresis goes by the way of an angle, which all angles moved together do not change
-            torque = self._torque(k, replace(motion, **{name: moved}))
-            slopes.append((torque - self._level[k]) / step)
+            other = replace(motion, **{name: moved})
+            if other.theta is motion.theta:
+                other.solved.update(motion.solved)
+            slopes.append((self._torque(k, other) - level) / step)
         return slopes
 
     @cached_property

@@ -23,16 +23,17 @@ SLOW = 2e-3
 """Errors of an angle are evaluated this often [s]."""
 
 
-def signals_of(model: Calibrated, across: bool) -> list[Array]:
+def signals_of(model: Calibrated, across: bool, torques: bool) -> list[Array]:
     """Angle, rate, acceleration, torque that the joint needs, its rate, time: of all axes
-    (samples, n, 6), of each block. across: time goes on from run to run."""
+    (samples, n, 6), of each block. across: time goes on from run to run. torques: that of the joint
+    and its rate are wanted, which take longest to make; else they are zero."""
     signals = []
-    for block, tau in zip(model.blocks, model.raw, strict=True):
+    for k, block in enumerate(model.blocks):
         motion = block.run.motion
         clock = motion.time - motion.t0 + (block.run.start if across else 0.0)
-        time = np.broadcast_to(clock[:, None], tau.shape)
-        torque = _quiet(model, tau, motion.ts)
-        taud = np.gradient(torque, motion.ts, axis=0)
+        time = np.broadcast_to(clock[:, None], motion.theta.shape)
+        torque = _quiet(model, model.raw[k], motion.ts) if torques else np.zeros_like(motion.theta)
+        taud = np.gradient(torque, motion.ts, axis=0) if torques else torque
         listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
         signals.append(np.stack(listed, axis=2))
     return signals

@@ -17,7 +17,6 @@ from flexhex.diagnosis.jointfit.rubbed import friction, with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.linearize import about
-from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
 from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
 
@@ -81,8 +80,8 @@ def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Cali
             break
         misled |= more
     rubbed = _weighted(first, unweighted(noise, misled), given, rubbed.doubted(left))
-    rubbed, free, off = _evenly(rubbed, given)
-    left = rubbed.residual(free.q)
+    rubbed, q, off = _evenly(rubbed, given)
+    left = rubbed.residual(q)
     noise = unweighted(measured(blocks, left), misled)
     model = about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
     model = replace(model, noise=_even(model, left))
@@ -125,9 +124,11 @@ def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array
     rubbed = friction(blocks)
     more = rubbed[0].shape[2]
     prior = np.diag([*free, *np.zeros(more)])
-    columns = [np.concatenate([b.linear, f], axis=2) for b, f in zip(blocks, rubbed, strict=True)]
-    B = np.concatenate([c[::COARSE][t.usable] for c, t in zip(columns, thin, strict=True)])
-    known = [b.linear[::COARSE] @ base.loaded(nominal, b.run.payload) for b in blocks]
+    few, every = slice(None, None, COARSE), range(len(nominal))
+    pairs = zip(blocks, rubbed, strict=True)
+    columns = [np.concatenate([b.linear.at(every, few), f[few]], axis=2) for b, f in pairs]
+    B = np.concatenate([c[t.usable] for c, t in zip(columns, thin, strict=True)])
+    known = [b.linear.times(base.loaded(nominal, b.run.payload), few) for b in blocks]
     size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
     weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
     left, solutions = dict[int, float](), dict[int, Array]()
@@ -165,13 +166,14 @@ def _weighted(
     for _ in range(STEPS):
         there = at(fitted)
         fitted = _moved(there, there.regression.q)
+        there.forget()
     return at(fitted)
 
 
-def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Regression, float]:
+def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Array, float]:
     """The base model and friction fitted from its values on, each axis with a weight of what is
-    left there, and the machine file's values as far off as it takes; and by how much that is, as of
-    `freely`.
+    left there, and the machine file's values as far off as it takes: coefficients; and by how much
+    that is, as of `freely`.
 
     Widths and delay are common to axes. One on which the model lacks much has no more say over them
     than it has for itself.
@@ -179,13 +181,15 @@ def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Regr
     count, noise = len(model.base.linear), model.noise
     free, off = freely(model.regression, count)
     for _ in range(FITS):
-        left = model.residual(free.q)
+        values, left = _moved(model, free.q), model.residual(free.q)
         even = _even(replace(model, noise=noise), left)
-        values = _moved(model, free.q)
+        # the rows so far, before those with other weights
+        model.forget()
+        del free
         there = about(model.base, model.blocks, values, even, (), given, model.errors)
         model = with_friction(there).doubted(left)
         free, off = freely(model.regression, count)
-    return model, free, off
+    return model, free.q, off
 
 
 def _even(model: Calibrated, left: Sequence[Array]) -> Noise:

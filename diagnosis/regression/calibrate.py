@@ -161,7 +161,10 @@ class Calibrated:
         """The same, as sure of its parameters as residuals (m, n) [N m] of a fuller one let it."""
         white = np.split(self._whole(residual), self.base.n)
         cluster = self.layout.cluster[self.layout.rows(0)]
-        return replace(self, doubt=doubt(self._white_B, white, cluster))
+        again = replace(self, doubt=doubt(self._white_B, white, cluster))
+        # the columns stay, and take longer than all else
+        vars(again)["_white_B"] = self._white_B
+        return again
 
     def as_sure(self, other: Calibrated) -> Calibrated:
         """The same, as sure of its parameters as another of the same runs."""
@@ -172,7 +175,7 @@ class Calibrated:
         n = self.base.n
         return np.concatenate([self.white(i, [v[:, i] for v in values])[:, 0] for i in range(n)])
 
-    @property
+    @cached_property
     def _white_B(self) -> Design:
         pieces = []
         for i in range(self.base.n):
@@ -195,7 +198,8 @@ class Calibrated:
 
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
-        vars(self).pop("regression", None)
+        for name in ("regression", "_white_B"):
+            vars(self).pop(name, None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it

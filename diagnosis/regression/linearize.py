@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
-from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.design import Design, beside_of
 from flexhex.diagnosis.regression.payloads import carried, columns_of, loads_of
 from flexhex.diagnosis.runs.blocks import Block, torque_at, torque_rate
 from flexhex.diagnosis.runs.noise import Noise
@@ -71,32 +71,32 @@ def about(
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         # of the torque as reported: that of the model would be full of the encoders' noise
         rate = -torque_rate(block, base.window, fitted.delay)
-        parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
+        parts = [curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
         if errors:
             parts.append(errors[k])
         for name in listed if len(base.curved) else ():
             own = not ours and name == block.run.trajectory
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))
         parts += columns_of(base, loads, block)
-        y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
-            p0, block.run.payload
-        )
+        y = torque_at(block, base.window, fitted.delay)
+        y = y - block.linear.times(base.loaded(p0, block.run.payload))
         y = y + rate * (fitted.delay - fitted.expected)
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         if given:
             y = y - given[k]
-        Bs.append(_design(parts, scale))
+        Bs.append(_design(block, parts, scale))
         ys.append(y)
     whole = tuple(ys), tuple(Bs), tuple(errors)
     model = Calibrated(base, tuple(blocks), fitted, known, scale, *whole, noise)
     return replace(model, loads=loads)
 
 
-def _design(parts: Sequence[Array], scale: Array) -> Design:
-    """Columns (m, n, k) side by side, each times its scale."""
-    n = parts[0].shape[1]
-    return Design.of([np.hstack([part[:, i] for part in parts]) * scale for i in range(n)])
+def _design(block: Block, parts: Sequence[Array], scale: Array) -> Design:
+    """The base model's columns of a block and others (m, n, k), each times its scale."""
+    count = len(block.linear.unit)
+    design = Design(count, block.linear.scaled(scale[:count]))
+    return beside_of(design, np.concatenate(parts, axis=2) * scale[count:])
 
 
 def _history(block: Block, fitted: Fitted) -> Array:

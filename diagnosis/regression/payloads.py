@@ -55,7 +55,7 @@ def loads_of(base: Base, blocks: Sequence[Block]) -> tuple[Load, ...]:
 
 def columns_of(base: Base, loads: Sequence[Load], block: Block) -> list[Array]:
     """Columns (m, n, len(base.payload)) of each payload in the rows of a block."""
-    own = block.linear[:, :, list(base.payload)]
+    own = block.linear.at(base.payload)
     return [own if load.on(block.run) else np.zeros_like(own) for load in loads]
 
 
@@ -76,7 +76,7 @@ def _known(base: Base, load: Load, blocks: Sequence[Block]) -> tuple[Known, ...]
     is not known as much as makes the torque that the axes feel."""
     places, mass = list(base.payload), float(load.mass or np.inf)
     own = [block for block in blocks if load.on(block.run)]
-    squares = np.mean([(b.linear[:, :, places] ** 2).mean(axis=0) for b in own], axis=0)
+    squares = np.mean([(b.linear.at(places) ** 2).mean(axis=0) for b in own], axis=0)
     share = (squares / torque_rms(blocks)[:, None] ** 2).mean(axis=0)
     wide = np.where(share > 0, 1 / np.sqrt(np.maximum(share, 1e-300)), 0.0)
     parameters = []

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import moving
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.errors import LogError
@@ -38,6 +39,13 @@ class TimeSeries:
     ts: float
     values: Array
     valid: Mask
+
+    @cached_property
+    def spread(self) -> tuple[int, Array, Array]:
+        """How many samples are valid, their mean (n,) and variance (n,)."""
+        values, count = self.values[self.valid], int(self.valid.sum())
+        mean = values.sum(axis=0) / max(count, 1)
+        return count, mean, ((values - mean) ** 2).sum(axis=0) / max(count, 1)
 
 
 @dataclass(frozen=True)
@@ -93,14 +101,14 @@ class Made:
 class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
-    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns; moves
-    (m, n): where each axis does not rest.
+    weights (m, samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where
+    each axis does not rest.
     """
 
     run: Run
     at: Array
     weights: csr_array
-    linear: Array
+    linear: Linear
     usable: Mask
     moves: Mask
     made: Made = field(default_factory=Made, init=False, compare=False)
@@ -132,8 +140,9 @@ class Block:
 
 def torque_rms(blocks: Sequence[Block]) -> Array:
     """RMS of the torque about its mean, of each axis (n,) [N m]."""
-    values = [block.run.tau.values[block.run.tau.valid] for block in blocks]
-    return np.asarray(np.concatenate(values).std(axis=0))
+    counts, means, variances = map(np.array, zip(*(b.run.tau.spread for b in blocks), strict=True))
+    share = counts / counts.sum()
+    return np.asarray(np.sqrt(share @ (variances + (means - share @ means) ** 2)))
 
 
 def torque_at(block: Block, window: float, delay: float) -> Array:
@@ -205,7 +214,8 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     weights, filled = hann_weights(local, motion.t0, motion.ts, run.valid, base.window)
     _, known = hann_weights(local, tau.t0, tau.ts, tau.valid, base.window)
     rows = base.rows(motion, weights)
-    return Block(run, at, weights, rows, filled & known, np.ones(rows.shape[:2], dtype=bool))
+    linear = Linear.of(rows, base.linear)
+    return Block(run, at, weights, linear, filled & known, np.ones(rows.shape[:2], dtype=bool))
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:

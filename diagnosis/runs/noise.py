@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.runs.blocks import Block
+from flexhex.diagnosis.runs.blocks import Block, torque_rms
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -97,8 +97,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         masks = [block.judged for block in blocks]
         traces = _apart(residual, masks)
     n = traces[0].shape[1]
-    torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
-    white = INEXACT * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
+    white = INEXACT * np.maximum(torque_rms(blocks), np.finfo(float).tiny)
     a, scale, rms, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
     for i in range(n):
         own, judged = [trace[:, i] for trace in traces], [mask[:, i] for mask in masks]

@@ -24,8 +24,10 @@ from flexhex.diagnosis.selection.orders import (
     OVERTONES,
     TRIED,
     Orders,
+    Waves,
     fundamentals,
     promising_orders,
+    waves,
 )
 from flexhex.diagnosis.selection.others import others
 from flexhex.diagnosis.selection.products import ShapeProducts
@@ -50,11 +52,13 @@ class Hypotheses:
         self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}
         self._known = dict[tuple[object, ...], ShapeProducts]()
         self._keep = Keep()
+        self._seen = dict[int, Waves]()
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def forget(self) -> None:
         """Let go of columns and products, most of the memory; scores still refer to all else."""
         self._keep.forget()
+        self._seen.clear()
         for known in self._known.values():
             known.forget()
         for effect in (*self._effects.values(), *self._anew.values(), *self._shaped.values()):
@@ -113,8 +117,12 @@ class Hypotheses:
     def _orders(self, moments: Moments, name: str, axis: int, most: int) -> Orders:
         """See `promising_orders`, of what a model leaves."""
         left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
-        weight = self.rows.model.raw if self.with_torque(name) else None
-        return promising_orders(self.rows, axis, left, most, weight)
+        if self.with_torque(name):
+            pairs = zip(self.rows.model.blocks, self.rows.model.raw, strict=True)
+            left = left * self.rows.raw([b.smooth(torque[:, axis]) for b, torque in pairs])
+        if axis not in self._seen:
+            self._seen[axis] = waves(self.rows, axis)
+        return promising_orders(self._seen[axis], left, most)
 
     def shaped(self, effect: EffectHypothesis, *shapes: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with other shapes; kept, as a search comes back to its shapes."""

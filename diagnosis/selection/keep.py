@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-ROOM = 100_000_000
-"""Room for columns [bytes]."""
+ROOM = 300_000_000
+"""Room for columns [bytes]. Fits before and after a search take more memory; a search that has to
+make its columns again takes longer."""
 
 
 @dataclass(frozen=True, eq=False)

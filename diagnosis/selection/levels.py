@@ -134,7 +134,7 @@ def _shown(moments: Moments) -> Shown:
     """
     model, places = moments.rows.model, list(moments.rows.model.base.payload)
     left = _left(moments)
-    columns = [block.linear[:, :, places] for block in model.blocks]
+    columns = [block.linear.at(places) for block in model.blocks]
     plain = replace(Noise.even(model.base.n, 1.0), scale=model.torque_rms)
     turn, shown = _fitted(moments, columns, left, plain)
     each = zip(left, columns, shown.amounts, strict=True)

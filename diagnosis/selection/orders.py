@@ -12,6 +12,7 @@ from scipy.fft import next_fast_len, rfft
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int32]
 PERIODS, SHOWN = 1.5, 50
 """Least periods over the stroke: fewer look like a spring. Places, each with a row that shows a
 wave, that are needed to tell it: the smoothing window averages a wave out where the axis is
@@ -50,42 +51,67 @@ class Orders:
     peaks: tuple[int, ...]
 
 
-def promising_orders(
-    rows: Rows, axis: int, left: Array, most: int, weight: Sequence[Array] | None = None
-) -> Orders:
-    """The orders, at most so many, with the largest amplitude in what a model leaves of an axis'
-    torque, left (R,).
+@dataclass(frozen=True, eq=False)
+class Octave:
+    """An octave of orders, from `first` to `end` of those in `Waves`: the bin of the angle of each
+    of the rows (R,), of `count`, what the smoothing window leaves there of such a wave, and both
+    summed over the bins (count,): squares, and how much noise of one size makes of the
+    amplitude."""
 
-    weight (samples, n) of each block: amplitudes are of the residual times this.
-    """
-    model, window = rows.model, rows.model.base.window
+    first: int
+    end: int
+    bins: Index
+    shares: Array
+    filled: Array
+    noise: float
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """What the rows of an axis can show of waves over its angle, whatever a model leaves: orders
+    (k,) [1/rad] and the octaves among them."""
+
+    orders: Array
+    octaves: tuple[Octave, ...]
+
+
+def waves(rows: Rows, axis: int) -> Waves:
+    """All orders of which the rows of an axis show anything."""
+    window = rows.model.base.window
     angle, rate = rows.angles[:, axis], np.abs(rows.rates[:, axis])
-    if weight is not None:
-        loaded = [b.smooth(w[:, axis]) for b, w in zip(model.blocks, weight, strict=True)]
-        left = left * rows.raw(loaded)
     stroke = float(np.ptp(angle))
     low = 2 * np.pi * PERIODS / stroke
     slow = np.sort(rate)[min(SHOWN, len(rate) - 1)]
     high = max(2 * np.pi / max(slow * window, 1e-9 * stroke), 2 * low)
     finest = min(np.ceil(BINS * stroke * high / (2 * np.pi)), len(angle) * BINS)
     place, coarsest = (angle - angle.min()) / stroke, min(SHOWN**2, finest)
-    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * int(finest) // 2 + 1)
-    clear = np.zeros(len(orders))
+    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * int(finest) // 2 + 1.0)
+    octaves = list[Octave]()
     for octave in range(int(np.ceil(np.log2(high / low)))):
         first = low * 2.0**octave
-        a, b = np.searchsorted(orders, (first, min(2 * first, high)))
+        a, b = np.searchsorted(orders, (first, min(2 * first, high))).tolist()
         # twice BINS in the shortest period of this octave, 1 / (2 first)
         wanted = 4 * BINS * stroke * first / (2 * np.pi)
         count = next_fast_len(int(np.clip(wanted, coarsest, finest)), real=True)
-        bins = np.minimum(place * count, count - 1).astype(int)
-        weights = smoothed(2**0.5 * first * rate * window / (2 * np.pi))
-        filled = np.bincount(bins, weights**2, count)
+        bins = np.minimum(place * count, count - 1).astype(np.int32)
+        shares = smoothed(2**0.5 * first * rate * window / (2 * np.pi))
+        filled = np.asarray(np.bincount(bins, shares**2, count), dtype=float)
         if np.minimum(filled, 1.0).sum() < SHOWN:
             break
-        level = np.bincount(bins, weights * left, count) / np.maximum(filled, 1.0)
         # beside noise of one size in all rows
-        size = np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0))
-        clear[a:b] = np.abs(rfft(level, FINER * count)[a:b]) / size
+        noise = float(np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0)))
+        octaves.append(Octave(a, b, bins, shares, filled, noise))
+    return Waves(orders, tuple(octaves))
+
+
+def promising_orders(shown: Waves, left: Array, most: int) -> Orders:
+    """The orders, at most so many, with the largest amplitude in what a model leaves of an axis'
+    torque, left (R,)."""
+    orders, clear = shown.orders, np.zeros(len(shown.orders))
+    for own in shown.octaves:
+        count, here = len(own.filled), slice(own.first, own.end)
+        level = np.bincount(own.bins, own.shares * left, count) / np.maximum(own.filled, 1.0)
+        clear[here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
     there = np.flatnonzero(clear)
     best = np.sort(there[np.argsort(-clear[there])[:most]])
     around = np.maximum(clear[best - 1], np.append(clear, 0.0)[best + 1])

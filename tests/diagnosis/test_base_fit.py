@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.runs.blocks import torque_at
+from flexhex.diagnosis.runs.blocks import TimeSeries, torque_at, torque_rms
 from flexhex.diagnosis.runs.noise import INEXACT, line, measured, unweighted
 from flexhex.diagnosis.runs.rests import moving
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
@@ -86,7 +86,7 @@ def test_no_noise_is_quieter_than_the_model_is_good() -> None:
     """Slow noise of a thousandth: its whitening would trust what is fast a hundred times more."""
     rng = np.random.default_rng(5)
     slow = 1e-3 * np.cumsum(rng.standard_normal((2000, 1)), axis=0) / 40
-    signal = SimpleNamespace(values=rng.standard_normal((2000, 1)), valid=np.ones(2000, bool))
+    signal = TimeSeries(0.0, 1e-3, rng.standard_normal((2000, 1)), np.ones(2000, bool))
     run = SimpleNamespace(trajectory="a", tau=signal, repeated=False)
     block: Any = SimpleNamespace(run=run, judged=np.ones((2000, 1), dtype=bool))
     noise = measured([block], [slow])
@@ -113,7 +113,7 @@ def test_what_runs_without_repeats_have_in_common_is_no_noise(
 ) -> None:
     """A constant torque of all runs is for the search to find; one of a run alone is its own."""
     rng, size = np.random.default_rng(6), 2000
-    signal = SimpleNamespace(values=rng.standard_normal((size, 1)), valid=np.ones(size, bool))
+    signal = TimeSeries(0.0, 1e-3, rng.standard_normal((size, 1)), np.ones(size, bool))
     runs = [SimpleNamespace(trajectory=k, tau=signal, repeated=(k, 0)) for k in "ab"]
     judged = np.ones((size, 1), dtype=bool)
     blocks: Any = [SimpleNamespace(run=run, judged=judged) for run in runs]
@@ -158,3 +158,13 @@ def test_oscillation_does_not_rest(pace: float) -> None:
     """However slowly it turns."""
     t = np.arange(6000) * 0.01
     assert resting(-np.cos(pace * t) / pace, np.sin(pace * t), 0.01).all()
+
+
+def test_torque_of_all_runs_is_measured_about_their_common_mean() -> None:
+    """Some samples of one run are invalid, and all of another."""
+    rng = np.random.default_rng(3)
+    valid = [rng.random(500) < share for share in (1.0, 0.7, 0.0)]
+    signals = [TimeSeries(0.0, 1e-3, rng.normal(size=(500, 2)) + k, v) for k, v in enumerate(valid)]
+    blocks: Any = [SimpleNamespace(run=SimpleNamespace(tau=signal)) for signal in signals]
+    whole = np.concatenate([signal.values[signal.valid] for signal in signals])
+    assert torque_rms(blocks) == pytest.approx(whole.std(axis=0), rel=1e-12)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.hypotheses.misread import Misread
 from tests.diagnosis.test_common_delay import arm
 from tests.diagnosis.test_payloads_arm import planar
@@ -40,3 +44,19 @@ def test_errors_of_an_angle_add_up_from_what_its_signals_do(
     np.testing.assert_allclose(
         felt, -(weights @ more) / SMALL, rtol=0, atol=2e-3 * np.abs(felt).max()
     )
+
+
+def test_a_closure_is_solved_for_angles_that_are_others_alone() -> None:
+    solved = list[Motion]()
+
+    def torque(motion: Motion, p: Any) -> NDArray[np.float64]:
+        if "closure" not in motion.solved:
+            solved.append(motion)
+        return motion.solved.setdefault("closure", motion.theta)
+
+    run: Any = SimpleNamespace(base=SimpleNamespace(torque=torque), linear=lambda run: None)
+    run.blocks = [SimpleNamespace(run=None)]
+    subject = Misread(run)
+    vars(subject)["motions"] = [Motion(0.0, 1e-3, *np.ones((3, 5, 2)))]
+    subject._slopes_of(1)
+    assert len(solved) == 2

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.selection.orders import TRIED, Orders, promising_orders, smoothed
+from flexhex.diagnosis.selection.orders import TRIED, Orders, promising_orders, smoothed, waves
 from flexhex.fmus.filter.equations import hann
 
 STROKE, WINDOW = 10.0, 0.02
@@ -33,7 +33,7 @@ def test_wave_is_tried_where_slow_rows_show_it(share: float, shown: bool) -> Non
     angle, rate = rows.angles[:, 0], rows.rates[:, 0]
     passing = smoothed(order * rate * WINDOW / (2 * np.pi))
     left = passing * np.cos(order * angle) + 0.02 * np.random.default_rng(1).normal(size=len(angle))
-    orders = promising_orders(rows, 0, left, TRIED).orders
+    orders = promising_orders(waves(rows, 0), left, TRIED).orders
     nearest = min(abs(order - 100.0) for order in orders)
     # half the spacing of points, which are four in what the stroke tells apart
     assert (nearest <= np.pi / STROKE / 4) == shown
@@ -51,4 +51,5 @@ def test_share_that_a_window_leaves_is_its_transform() -> None:
 def test_few_places_show_no_wave() -> None:
     rows = swept(1.0)
     rows.angles, rows.rates = rows.angles[::200], rows.rates[::200]
-    assert promising_orders(rows, 0, np.cos(3.0 * rows.angles[:, 0]), TRIED) == Orders((), 0, ())
+    left = np.cos(3.0 * rows.angles[:, 0])
+    assert promising_orders(waves(rows, 0), left, TRIED) == Orders((), 0, ())

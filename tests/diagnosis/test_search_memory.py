@@ -110,6 +110,19 @@ def test_columns_of_the_motion_alone_are_made_once_for_all_fits(
     assert asked[1:] == 2 * ["coulomb_friction"]
 
 
+def test_an_effect_of_the_motion_alone_asks_for_no_torque(tmp_path: Path) -> None:
+    """Others do, and then all have the same signals."""
+    bench, again = (bench_of(folder, None) for folder in 2 * [tmp_path])
+    for own in (bench, again):
+        vars(own.model).pop("raw", None)
+    (before,) = bench.grid("cubic_stiffness", 0)
+    assert "raw" not in vars(bench.model)
+    again.thin("torque_ripple", 0, {"order": 7.0})
+    assert "raw" in vars(again.model)
+    (after,) = again.grid("cubic_stiffness", 0)
+    assert_close(before[1].values, after[1].values, 1e-12, what="columns")
+
+
 def test_scores_of_a_finished_search_hold_no_products(tmp_path: Path) -> None:
     """There are as many of them as of columns."""
     rounds = select(bench_of(tmp_path, None)).rounds
