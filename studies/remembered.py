@@ -59,5 +59,8 @@ def key_of_scores(
     model = id(hypotheses.bench.model)
     decide = criteria.shortlist, criteria.loose, criteria.most
     # feedback's answer to noise is a term that no effect has; errors of a form depend on criteria
-    terms = tuple((*term.white, term.prior.tobytes()) for term in moments.terms)
+    priors = [term.prior * moments.tight.get(term, 1.0) for term in moments.terms]
+    terms = tuple(
+        (*term.white, prior.tobytes()) for term, prior in zip(moments.terms, priors, strict=True)
+    )
     return model, tuple(accepted), terms, decide, tuple(axes)

@@ -22,9 +22,9 @@ from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MOST, THINNED = 16_000, 9_000
-"""Instants of all runs together that are taken as they are; what more are thinned to, so that an
-hour takes no more memory than a minute."""
+MOST = 8_000
+"""Instants of all runs together; more are thinned to these, so that an hour takes no more memory
+than a minute."""
 LATEST = 3.0
 """Largest delay of the torques, in tolerances."""
 LEAST, JUDGED = 200, 50
@@ -219,10 +219,9 @@ def _block(base: Base, run: Run, at: Array) -> Block:
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:
-    """Time between rows [s]: the base's own, or where that makes too many instants a multiple."""
+    """Time between rows [s]: the base's own, or more where that makes too many instants."""
     total = 0.0
     for run in runs:
         a, b = _span(base, run)
         total += max(0.0, b - a)
-    count = total / base.spacing
-    return base.spacing * (1 if count <= MOST else int(np.ceil(count / THINNED)))
+    return max(base.spacing, total / MOST)

@@ -113,10 +113,12 @@ def _apart(residual: Sequence[Array], masks: Sequence[Mask]) -> list[Array]:
     in common is none, which one run alone does not show. masks (m, n)."""
     if len(residual) < 2:
         return list(residual)
-    common = np.mean(
-        [r.mean(axis=0, where=mask) for r, mask in zip(residual, masks, strict=True)], axis=0
-    )
-    return [r - common for r in residual]
+    counts = [mask.sum(axis=0) for mask in masks]
+    sums = [(r * mask).sum(axis=0) for r, mask in zip(residual, masks, strict=True)]
+    # of a run in which an axis rests all the time nothing is known
+    means = [total / np.maximum(n, 1) for total, n in zip(sums, counts, strict=True)]
+    known = np.sum([n > 0 for n in counts], axis=0)
+    return [r - np.sum(means, axis=0) / np.maximum(known, 1) for r in residual]
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:

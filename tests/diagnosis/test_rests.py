@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.result.verdict import Diagnosis
+from flexhex.diagnosis.runs.noise import _apart
 from flexhex.diagnosis.workflow import Options, diagnose
 
 Array = NDArray[np.float64]
@@ -71,3 +72,11 @@ def test_what_friction_holds_at_rest_is_no_residual(tmp_path: Path) -> None:
     value = found.effects[0].parameters
     (value,) = (v for k, v in value.items() if k.startswith("F_c"))
     assert abs(value.value - FRICTION) < 0.02 * FRICTION
+
+
+def test_run_in_which_an_axis_rests_all_the_time_says_nothing_of_its_constant() -> None:
+    """The others have a mean of two in common; a mean of no samples is no number."""
+    residual = [np.full((4, 1), value) for value in (1.0, 3.0, 7.0)]
+    moves = [np.full((4, 1), there) for there in (True, True, False)]
+    noise = _apart(residual, moves)
+    assert [float(own[0, 0]) for own in noise] == [-1.0, 1.0, 5.0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 
 from flexhex.diagnosis.jointfit import guard
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.moments import Term
 from results.tables import sensitivity as table
 from studies import sensitivity
 from studies.families import FAMILIES
@@ -46,10 +48,24 @@ def test_engine_is_asked_with_each_value(monkeypatch: pytest.MonkeyPatch) -> Non
     assert further["jointfit.guard.POOR x 2"]["verdict"] == "20 1"
 
 
+def flat(value: Any) -> Iterator[Any]:
+    """All that an answer holds, with its keys."""
+    if isinstance(value, dict):
+        value = [item for pair in value.items() for item in pair]
+    if isinstance(value, (list, tuple)):
+        for item in value:
+            yield from flat(item)
+    else:
+        yield value
+
+
 def test_what_is_remembered_does_not_change_the_answer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An effect is found in two searches; with a higher bar it is not, from the same memory."""
+    """An effect is found in two searches; with a higher bar it is not, from the same memory.
+
+    Columns that are kept lose digits: single precision is enough for them.
+    """
     monkeypatch.setattr("studies.mujoco.draw.MOST_STEPS", 4000)
     case = FAMILIES["mujoco"](256, tmp_path / "logs", tmp_path / "truth", None)
     files = case.paths, case.test_paths, case.machine_file
@@ -65,15 +81,19 @@ def test_what_is_remembered_does_not_change_the_answer(
     strict = strictly()
     assert plain["effects"]
     assert not strict["effects"]
-    assert answers == [(plain, strict)] * 2
+    for answer in answers:
+        assert [*flat(answer)] == [
+            pytest.approx(value, rel=1e-6) if isinstance(value, float) else value
+            for value in flat((plain, strict))
+        ]
 
 
 def test_scores_beside_other_errors_of_form_are_others() -> None:
     """Their size is a criterion."""
 
     def key(error: float) -> object:
-        term = SimpleNamespace(white={0: None}, prior=np.array([error**-2.0]))
-        moments, model = SimpleNamespace(terms=(term,)), SimpleNamespace(model=None)
+        term = Term({}, {0: np.zeros(0)}, np.array([error**-2.0]))
+        moments, model = SimpleNamespace(terms=(term,), tight={}), SimpleNamespace(model=None)
         return key_of_scores(moments, SimpleNamespace(bench=model), (), USUAL, (0,))
 
     assert key(0.05) == key(0.05)
