@@ -23,7 +23,7 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import select
 from flexhex.numeric.rows import alike, native
 from tests.compare import assert_close
-from tests.diagnosis.test_selection import bench_of, rows_of
+from tests.diagnosis.test_selection import RMS, bench_of, rows_of
 
 Array = NDArray[np.float64]
 SHAPES, ROWS = 40, 200
@@ -125,7 +125,7 @@ def test_an_effect_of_the_motion_alone_asks_for_no_torque(tmp_path: Path) -> Non
 
 def test_scores_of_a_finished_search_hold_no_products(tmp_path: Path) -> None:
     """There are as many of them as of columns."""
-    rounds = select(bench_of(tmp_path, None)).rounds
+    rounds = select(bench_of(tmp_path, lambda q, v, a: 0.02 * RMS * np.sin(20.0 * q))).rounds
     effects = [s.hypothesis for scores in rounds for s in scores]
     held = [e for e in effects if isinstance(e, EffectHypothesis)]
     assert held
