@@ -55,6 +55,7 @@ class Calibrated:
     changes from pass to pass. loads: payloads of the runs. doubt (nb,): how many times less sure
     of each parameter the rows are than noise makes them; none: once. off: mean square of the
     deviations from the machine file, in tolerances, that a fit beside friction finds, 1 or more.
+    torque: as reported (m, n) [N m] in the rows of each block.
     """
 
     base: Base
@@ -70,11 +71,19 @@ class Calibrated:
     loads: tuple[Load, ...] = ()
     doubt: Array = field(default_factory=lambda: np.ones(0))
     off: float = 1.0
+    torque: tuple[Array, ...] = ()
 
     @cached_property
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def moving(self) -> list[NDArray[np.bool_]]:
+        """Of the rows of each block that count those (m, n) that say something of an axis: it moves
+        there, and did in the rows before that whitening takes."""
+        pairs = zip(self.blocks, self.kept, strict=True)
+        return [settled(block.judged)[kept] for block, kept in pairs]
 
     @property
     def spacing(self) -> float:
@@ -207,8 +216,8 @@ class Calibrated:
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
         slow = self.noise.slow[axis]
         parts = [
-            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * b.moves[kept, axis, None]
-            for v, kept, b in zip(values, self.kept, self.blocks, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow, moving[:, axis])
+            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
         ]
         return np.concatenate(parts)
 

@@ -51,7 +51,7 @@ def about(
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
     offset = fitted.widths - np.array([k.nominal for k in base.widths])
-    ys: list[Array] = []
+    ys, torques = list[Array](), list[Array]()
     Bs: list[Design] = []
     if base.geometry and not errors:
         errors = [
@@ -78,8 +78,8 @@ def about(
             own = not ours and name == block.run.trajectory
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))
         parts += columns_of(base, loads, block)
-        y = torque_at(block, base.window, fitted.delay)
-        y = y - block.linear.times(base.loaded(p0, block.run.payload))
+        torques.append(torque_at(block, base.window, fitted.delay))
+        y = torques[-1] - block.linear.times(base.loaded(p0, block.run.payload))
         y = y + rate * (fitted.delay - fitted.expected)
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
@@ -89,7 +89,7 @@ def about(
         ys.append(y)
     whole = tuple(ys), tuple(Bs), tuple(errors)
     model = Calibrated(base, tuple(blocks), fitted, known, scale, *whole, noise)
-    return replace(model, loads=loads)
+    return replace(model, loads=loads, torque=tuple(torques))
 
 
 def _design(block: Block, parts: Sequence[Array], scale: Array) -> Design:

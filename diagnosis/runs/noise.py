@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -18,8 +17,6 @@ ORDER = 2
 """Order of the model that whitens an axis."""
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
-LINES = 64
-"""Lengths of runs whose straight lines are kept."""
 INEXACT = 0.003
 """Error of the model's forms, relative to the torque's RMS: it repeats, and is not seen between
 passes; as white noise, it keeps whitening from trusting what is quieter than the model is good."""
@@ -138,23 +135,22 @@ def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float
     """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more."""
     squares = []
     for trace, mask in zip(traces, masks, strict=True):
-        rows = whiten(trace[:, None], a, max(scale, np.finfo(float).tiny))[settled(mask)]
-        squares.append((line(len(rows)).T @ rows[:, 0]) ** 2)
+        good = settled(mask)
+        rows = whiten(trace, a, max(scale, np.finfo(float).tiny))[good]
+        squares.append((line(good).T @ rows) ** 2)
     return np.asarray(np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
 
 
-@lru_cache(LINES)
-def line(count: int) -> Array:
-    """Orthonormal base (count, 2) of a run's offset and slope; kept, so nobody writes into it."""
-    rows = np.arange(count) - (count - 1) / 2
-    unit = np.stack([np.ones(count), rows], axis=1)
-    base = unit / np.maximum(np.linalg.norm(unit, axis=0), np.finfo(float).tiny)
-    base.flags.writeable = False
-    return np.asarray(base)
+def line(good: Mask) -> Array:
+    """Orthonormal base (R, 2) of a run's offset and slope in those of its rows (m,) that are
+    good."""
+    rows = np.flatnonzero(good)
+    unit = np.stack([np.ones(len(rows)), rows - rows.mean() if len(rows) else rows], axis=1)
+    return np.asarray(unit / np.maximum(np.linalg.norm(unit, axis=0), np.finfo(float).tiny))
 
 
 def settled(usable: Mask) -> Mask:
-    """Rows that are usable together with the ORDER rows before them."""
+    """Rows (m[, n]) that are usable together with the ORDER rows before them."""
     good = usable.copy()
     for j in range(1, ORDER + 1):
         good[j:] &= usable[:-j]
@@ -162,12 +158,18 @@ def settled(usable: Mask) -> Mask:
     return good
 
 
-def calmed(rows: Array, slow: Array) -> Array:
-    """Whitened rows (R, k) of a run, its offset and slope in units of their own noise."""
-    if (slow == 1).all():
-        return rows
-    base = line(len(rows))
-    return np.asarray(rows - base @ ((1 - 1 / slow)[:, None] * (base.T @ rows)))
+def calmed(rows: Array, slow: Array, moving: Mask) -> Array:
+    """Whitened rows (m, k) of a run, its offset and slope in units of their own noise, and zeros
+    where the axis does not move (m,): there friction carries what it likes."""
+    if not moving.any():
+        return np.zeros_like(rows)
+    own = rows[moving]
+    if (slow != 1).any():
+        base = line(moving)
+        own = own - base @ ((1 - 1 / slow)[:, None] * (base.T @ own))
+    whole = np.zeros_like(rows)
+    whole[moving] = own
+    return whole
 
 
 def whiten(values: Array, a: Array, scale: float) -> Array:

@@ -86,7 +86,7 @@ class EffectHypothesis:
         if self.axis is None or self.taken is None:
             return np.zeros(len(gains))
         seen = np.maximum(1 - self._taken * gains[:, 0], 1 / rows.white_rms[self.axis])
-        kept = (rows.fold != left) & (rows.moving[self.axis] > 0)
+        kept = (rows.fold != left) & rows.moving[self.axis]
         return np.asarray(np.log(np.minimum(seen[kept], 1.0)).sum(axis=0))
 
     @cached_property

@@ -39,8 +39,8 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
     passes that did not move alike what is more than the noise that they show."""
     rows, q, rests = moments.rows, moments.fit(None).q, []
     for i in range(rows.n):
-        left = rows.level(rows.y[i] - moments.torque(i, q)) * rows.moving[i]
-        white = rows.level(rows.white_y[i] - moments.white(i, q))
+        left = rows.level(i, rows.y[i] - moments.torque(i, q))
+        white = rows.level(i, rows.white_y[i] - moments.white(i, q))
         both = _in_common if rows.pairs.nnz else _beyond_noise
         square, deviations, gain = both(rows, i, left, white)
         rests.append(Rest(float(square**0.5 / rows.torque_rms[i]), deviations, gain))
@@ -50,7 +50,7 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
 def _in_common(rows: Rows, axis: int, left: Array, white: Array) -> tuple[float, float, float]:
     """Mean square [N2 m2], standard errors and gain of what repeats, or comes again with the
     opposite sign, as an oscillation of its own may; left (R,) [N m], and whitened."""
-    there, pairs = rows.moving[axis], rows.pairs
+    there, pairs = rows.moving[axis].astype(float), rows.pairs
     weight = float(there @ (pairs @ there)) or np.inf
     # whitened noise has a variance of one
     squares = abs(float(white @ (pairs @ white)))

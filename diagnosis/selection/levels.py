@@ -4,6 +4,8 @@ Runs are sorted by the amount of payload that each shows beside the model, and c
 Errors of a run go together, and trajectories differ in what the model lacks. So levels must stand
 apart by more than the runs of one level do: an F test over passes about their trajectory's mean,
 or, where no trajectory has several loads, over trajectories; for as many partitions as there are.
+How far runs of one level may lie apart is hardly known of two or three of them. So one more run is
+taken to lie apart by the smallest effect of interest: less is nothing that anybody would call one.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from flexhex.diagnosis.runs.noise import Noise, calmed, measured, settled, whiten
+from flexhex.diagnosis.runs.noise import Noise, calmed, measured, whiten
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 
@@ -46,7 +48,8 @@ def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
         for load in np.unique(loads):
             alike = loads == load
             if alike.sum() > count:
-                chance, levels = _levels(shown.of(alike), which[alike], count)
+                least = criteria.smallest_effect**2 * shown.torque
+                chance, levels = _levels(shown.of(alike), which[alike], count, least)
                 all_levels = np.zeros(len(loads), dtype=np.int64)
                 all_levels[alike] = levels
                 cuts.append((chance + log(choices(levels, which[alike])), all_levels))
@@ -74,20 +77,22 @@ def partitions(runs: int, parts: int) -> int:
 @dataclass(frozen=True)
 class Shown:
     """What each run shows along the payload's columns beside the model, in directions of equal
-    torque: S (runs, k, k), r (runs, k) of its own least squares, S delta = r."""
+    torque: S (runs, k, k), r (runs, k) of its own least squares, S delta = r; torque: the mean
+    square of an amount (k,) that would be all of a run's torque."""
 
     S: Array
     r: Array
+    torque: float
 
     def of(self, runs: Mask) -> Shown:
         """Of some of the runs."""
-        return Shown(self.S[runs], self.r[runs])
+        return Shown(self.S[runs], self.r[runs], self.torque)
 
     @property
     def amounts(self) -> Array:
         """Of each run (runs, k)."""
         return np.array(
-            [Shown(S[None], r[None]).together for S, r in zip(self.S, self.r, strict=True)]
+            [Shown(S[None], r[None], 0.0).together for S, r in zip(self.S, self.r, strict=True)]
         )
 
     @property
@@ -101,8 +106,9 @@ class Shown:
         return np.asarray(self.r @ delta / np.einsum("k,jkl,l->j", delta, self.S, delta))
 
 
-def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
-    """log p-value of the best cut of runs whose trajectories are `which`, and its levels (runs,).
+def _levels(shown: Shown, which: Levels, count: int, least: float) -> tuple[float, Levels]:
+    """log p-value of the best cut of runs whose trajectories are `which`, and its levels (runs,);
+    least: square of an amount (k,) by which runs of one level may lie apart.
 
     Along the direction that varies most, then by shares of what the ends of that cut differ in: of
     passes about their trajectory's mean, for trajectories differ in what the model lacks, or of all
@@ -116,7 +122,7 @@ def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
         ends = [shown.of(rough == level).together for level in (0, count - 1)]
         share = shown.along(ends[1] - ends[0])
         levels = _cut(_centred(share, group), count)
-        cuts.append((_chances(shown.amounts, levels, which), levels))
+        cuts.append((_chances(shown.amounts, levels, which, least), levels))
     chances, levels = min(cuts, key=lambda each: sum(each[0]))
     return chances[0], levels
 
@@ -162,23 +168,23 @@ def _fitted(
     and what runs show in them."""
     n, k = columns[0].shape[1:]
     model = moments.rows.model
-    S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
-    moves = [b.moves for b in model.blocks]
-    listed = zip(columns, left, model.kept, moves, strict=True)
-    for j, (C, y, kept, moving) in enumerate(listed):
-        good = settled(kept)
+    S, r, torque = np.zeros((len(left), k, k)), np.zeros((len(left), k)), 0.0
+    blocks = zip(model.kept, model.moving, strict=True)
+    runs = zip(columns, left, model.torque, blocks, strict=True)
+    for j, (C, rest, y, (kept, moving)) in enumerate(runs):
         for i in range(n):
-            both = np.column_stack([C[:, i], y[:, i]])
-            white = whiten(both, noise.a[i], float(noise.scale[i]))[good]
-            white = calmed(white, noise.slow[i]) * moving[good, i, None]
+            both = np.column_stack([C[:, i], rest[:, i], y[:, i]])
+            white = whiten(both, noise.a[i], float(noise.scale[i]))[kept]
+            white = calmed(white, noise.slow[i], moving[:, i])
             S[j] += white[:, :k].T @ white[:, :k]
             r[j] += white[:, :k].T @ white[:, k]
+            torque += float(white[:, k + 1] @ white[:, k + 1]) / len(left)
     mean = S.mean(axis=0)
     size = np.sqrt(np.maximum(np.diag(mean), 1e-300))
     values, vectors = np.linalg.eigh(mean / np.outer(size, size))
     kept_ones = values > FAINT
     turn = vectors[:, kept_ones] / np.sqrt(values[kept_ones]) / size[:, None]
-    return turn, Shown(turn.T @ S @ turn, r @ turn)
+    return turn, Shown(turn.T @ S @ turn, r @ turn, torque)
 
 
 def _cut(amount: Array, count: int) -> Levels:
@@ -195,7 +201,7 @@ def _cut(amount: Array, count: int) -> Levels:
     return levels
 
 
-def _chances(amounts: Array, levels: Levels, which: Levels) -> tuple[float, ...]:
+def _chances(amounts: Array, levels: Levels, which: Levels, least: float) -> tuple[float, ...]:
     """log p-values of the differences of levels between amounts (runs, k), `which` their
     trajectories: the first one is that which counts.
 
@@ -205,17 +211,17 @@ def _chances(amounts: Array, levels: Levels, which: Levels) -> tuple[float, ...]
     named = which[:, None] == np.unique(which)
     if any(np.ptp(levels[own]) for own in named.T):
         abouts = (named.astype(float), np.ones((len(amounts), 1)))
-        return tuple(_f_test(amounts, levels, about) for about in abouts)
+        return tuple(_f_test(amounts, levels, about, least) for about in abouts)
     means = np.array([amounts[own].mean(axis=0) for own in named.T])
     each = np.array([levels[own][0] for own in named.T])
-    return (_f_test(means, each, np.ones((len(means), 1))),)
+    return (_f_test(means, each, np.ones((len(means), 1)), least),)
 
 
-def _f_test(amounts: Array, levels: Levels, about: Array) -> float:
+def _f_test(amounts: Array, levels: Levels, about: Array, least: float) -> float:
     """log p-value of other means (k,) for every level, beside columns (runs, j).
 
     Of sums of squares over all k directions, as none was chosen beforehand; errors that go along
-    few of them count as as many (Satterthwaite).
+    few of them count as as many (Satterthwaite). least: square of one error more.
     """
     both = np.column_stack([about, levels[:, None] == np.unique(levels)[1:]])
     rank, plain = (int(np.linalg.matrix_rank(X)) for X in (both, about))
@@ -226,6 +232,8 @@ def _f_test(amounts: Array, levels: Levels, about: Array) -> float:
     errors = after.T @ after
     left = max(float(np.trace(errors)), 1e-300)
     ways = left**2 / max(float((errors**2).sum()), 1e-300)
-    ratio = (float((before**2).sum()) - left) / more / (left / free)
-    chance = float(fdtrc(more * ways, free * ways, ratio)) if ratio > 0 else 1.0
+    # one error more
+    known = free + 1
+    ratio = (float((before**2).sum()) - left) / more / ((left + least) / known)
+    chance = float(fdtrc(more * ways, known * ways, ratio)) if ratio > 0 else 1.0
     return log(chance) if chance > 0 else -np.inf

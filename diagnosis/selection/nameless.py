@@ -12,6 +12,7 @@ from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.orders import fundamental_of, fundamentals
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection
 
 
@@ -58,8 +59,8 @@ def nameless(
         if each.instead is None or not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
-        squares = [a.score.size**2 for a in selection.effects if a.score.hypothesis.axis == axis]
-        share = (sum(squares[k] for k in each.places) / sum(squares)) ** 0.5
+        scores = [a.score for a in selection.effects if a.score.hypothesis.axis == axis]
+        share = _part([scores[k] for k in each.places], scores)
         size, whole = np.hypot(np.array([share, 1.0]) * selection.explained[axis], rest[axis].size)
         functions[axis] = Nameless(float(size), float(whole), each.instead.hypothesis.id)
     return functions
@@ -68,18 +69,20 @@ def nameless(
 def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> list[float]:
     """Relative RMS of a rest on an axis that leaves each of its effects its name, by its part of
     what they explain together; harmonics of one wave count together."""
-    orders = [a.score.order for a in accepted]
-    lowest = fundamentals([order for order in orders if order is not None])
-    groups = [None if order is None else fundamental_of(order, lowest) for order in orders]
-    squares = np.array([a.score.size**2 for a in accepted])
-    sums = [
-        own if group is None else sum(s for s, g in zip(squares, groups, strict=True) if g == group)
-        for own, group in zip(squares, groups, strict=True)
-    ]
-    whole = max(float(squares.sum()), np.finfo(float).tiny)
-    most = [
-        criteria.varied_rest if a.score.hypothesis.varied else criteria.largest_rest
-        for a in accepted
-    ]
-    parts = zip(most, sums, strict=True)
-    return [share * explained * float(np.sqrt(own / whole)) for share, own in parts]
+    scores = [a.score for a in accepted]
+    lowest = fundamentals([score.order for score in scores if score.order is not None])
+    sizes = list[float]()
+    for score in scores:
+        own = [score]
+        if score.order is not None:
+            wave = fundamental_of(score.order, lowest)
+            own = [s for s in scores if s.order and fundamental_of(s.order, lowest) == wave]
+        most = criteria.varied_rest if score.hypothesis.varied else criteria.largest_rest
+        sizes.append(most * explained * _part(own, scores))
+    return sizes
+
+
+def _part(some: Sequence[Score], every: Sequence[Score]) -> float:
+    """The torque of some effects, relative to that of all."""
+    squares = [sum(score.size**2 for score in scores) for scores in (some, every)]
+    return float((squares[0] / max(squares[1], np.finfo(float).tiny)) ** 0.5)

@@ -23,7 +23,7 @@ Index = NDArray[np.int64]
 class Rows:
     """y[i] (R,) = B (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
 
-    moving[i] (R,): 1 where the axis moves, 0 where it rests and a row says nothing. fold (R,):
+    moving[i] (R,): where the axis moves; where it rests a row says nothing. fold (R,):
     trajectory, or stretch of an only one. twins (R, R): the mean of the same instant's other
     passes, symmetric and within a fold; a row that has none is its own. prior (nb,): inverse
     variance of q, doubt (nb,) times; firm (nb, nb): curvature where noise alone moves B;
@@ -35,7 +35,7 @@ class Rows:
     B: Design | Stacked
     white_y: tuple[Array, ...]
     white_B: Design
-    moving: tuple[Array, ...]
+    moving: tuple[NDArray[np.bool_], ...]
     fold: Index
     twins: csr_array
     prior: Array
@@ -52,15 +52,14 @@ class Rows:
         if not model.between:
             twins = csr_array(dia_array((np.ones(twins.shape[0])[None], [0]), shape=twins.shape))
         y = [[v[:, i] for v in model.y] for i in range(n)]
-        moves = [b.moves for b in model.blocks]
-        moving = [[v[:, i].astype(float) for v in moves] for i in range(n)]
+        moving = np.concatenate(model.moving)
         return Rows(
             model,
             tuple(kept(model, v) for v in y),
             model.kept_B,
             tuple(white.y[layout.rows(i)] for i in range(n)),
             white.B,
-            tuple(kept(model, v) for v in moving),
+            tuple(moving.T),
             layout.fold[own],
             twins,
             white.prior,
@@ -147,12 +146,14 @@ class Rows:
         edges = np.cumsum([0, *(int(good.sum()) for good in self.model.kept)])
         return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
-    def level(self, values: Array) -> Array:
-        """Values (R,) without a straight line through each run: offsets wander from run to run."""
-        levelled = values.copy()
+    def level(self, axis: int, values: Array) -> Array:
+        """Values (R,) of an axis without a straight line through each run, as offsets wander from
+        run to run, where it moves; zero elsewhere."""
+        levelled, moving = np.zeros_like(values), self.moving[axis]
         for run in self.runs:
-            base = line(run.stop - run.start)
-            levelled[run] -= base @ (base.T @ values[run])
+            good, own = moving[run], values[run][moving[run]]
+            base = line(good)
+            levelled[run][good] = own - base @ (base.T @ own)
         return levelled
 
     def raw(self, values: Sequence[Array]) -> Array:

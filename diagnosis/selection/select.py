@@ -25,7 +25,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     HeavierBody,
     Payload,
 )
-from flexhex.diagnosis.selection.imitated import Imitated, imitated
+from flexhex.diagnosis.selection.imitated import Imitated, imitated, surely_beside
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.parts import with_wholes
 from flexhex.diagnosis.selection.payload import payload_score
@@ -62,6 +62,16 @@ class Selection:
         """Of each axis what has no name, beside and in the place of what was accepted; computed
         when asked for: of most searches nobody does."""
         return tuple(imitated(self.search, axis) for axis in range(self.bench.n))
+
+    def imitates(self, accepted: Accepted) -> bool:
+        """Whether an effect of an axis may only imitate something that has no name."""
+        axis = accepted.score.hypothesis.axis
+        if axis is None:
+            return False
+        listed = [score for score, _ in self.search.own(axis)]
+        place = next((k for k, score in enumerate(listed) if score is accepted.score), None)
+        beside = self.imitated[axis].beside
+        return place is None or not surely_beside(self.search, axis, place, beside)
 
     @property
     def effects(self) -> list[Accepted]:

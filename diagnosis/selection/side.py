@@ -160,9 +160,10 @@ def _rests(
     kept = list(kept)
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        sizes = tolerated(own, selection.explained[axis], criteria)
-        small = [a for a, most in zip(own, sizes, strict=True) if left.size > most]
+        pairs = zip(own, tolerated(own, selection.explained[axis], criteria), strict=True)
+        small = [a for a, most in pairs if left.size > most]
         form = len(small) < len(own)
+        small = [a for a in small if selection.imitates(a)]
         if not form:
             kept = [a for a in kept if a not in own]
         elif small:

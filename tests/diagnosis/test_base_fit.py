@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import TimeSeries, torque_at, torque_rms
-from flexhex.diagnosis.runs.noise import INEXACT, line, measured, unweighted
+from flexhex.diagnosis.runs.noise import INEXACT, calmed, line, measured, unweighted
 from flexhex.diagnosis.runs.rests import moving
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
@@ -122,10 +122,27 @@ def test_what_runs_without_repeats_have_in_common_is_no_noise(
     assert (abs(noise.a[0].sum()) > 0.5) == slow
 
 
-def test_line_is_orthonormal() -> None:
-    base = line(50)
+def test_line_is_orthonormal_in_the_rows_that_are_good() -> None:
+    good = np.arange(50) % 7 != 0
+    base = line(good)
+    assert len(base) == good.sum()
     np.testing.assert_allclose(base.T @ base, np.eye(2), atol=1e-12)
     assert np.ptp(base[:, 0]) == 0
+    time = np.flatnonzero(good)
+    np.testing.assert_allclose(time - base @ (base.T @ time), 0, atol=1e-12)
+
+
+def test_what_friction_carries_at_rest_moves_no_offset() -> None:
+    """Rows of a run that are a constant and a slope where the axis moves, and anything at rest."""
+    moving = np.ones(200, dtype=bool)
+    moving[80:120] = False
+    time = np.arange(200.0)
+    rows = np.where(moving, 3.0 + 0.01 * time, 60.0)[:, None]
+    slow = np.array([1e9, 1e9])
+    np.testing.assert_allclose(calmed(rows, slow, moving), 0.0, atol=1e-6)
+    own = calmed(rows, np.ones(2), moving)[:, 0]
+    np.testing.assert_array_equal(own, np.where(moving, rows[:, 0], 0.0))
+    assert not calmed(rows, slow, np.zeros(200, dtype=bool)).any()
 
 
 def resting(angle: Array, rate: Array, spacing: float) -> NDArray[np.bool_]:

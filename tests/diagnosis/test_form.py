@@ -116,6 +116,19 @@ def test_what_an_inexact_form_leaves_is_reported(tmp_path: Path) -> None:
     assert "its form is not exact" in rest.sentence()
 
 
+def test_second_effect_that_is_no_imitation_of_the_rest_is_named(tmp_path: Path) -> None:
+    """Friction leaves twice as much as there is cogging, of which a torque ripple is an imitation;
+    but no function that goes with the motion makes up for the cogging."""
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        worn = FRICTION * np.tanh(v / 0.01) * (1 + 0.5 * np.sin(6 * q))
+        return np.asarray(worn + 0.02 * RMS * np.sin(60.0 * q))
+
+    side = found(bench_of(tmp_path, torque), (), lambda text: None).side
+    assert {named.id for named in side.named} == {"cogging_harmonic", "coulomb_friction"}
+    assert side.rests[0].share > 2 * 0.02 / np.sqrt(2)
+
+
 @several
 @pytest.mark.parametrize("place", [rough, narrow])
 def test_friction_with_another_one_at_places_is_friction(

@@ -30,7 +30,7 @@ def left_by(residual: np.ndarray[Any, Any], alike: bool, repeats: bool = True) -
         y=[residual],
         white_y=[residual / NOISE],
         torque_rms=np.array([TORQUE]),
-        level=lambda values: values,
+        level=lambda axis, values: values,
         model=SimpleNamespace(noise=SimpleNamespace(repeats=repeats, rms=np.array([NOISE]))),
     )
     nothing = np.zeros(ROWS)

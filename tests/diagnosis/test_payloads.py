@@ -147,9 +147,17 @@ def test_runs_of_one_motion_that_differ_by_noise_are_no_levels() -> None:
     which = np.array([0, 0, 1, 1, 2, 2])
     amounts = np.array([[0.0], [0.1], [90.0], [90.2], [1.0], [1.1]])
     split = np.array([1, 1, 0, 2, 1, 1])
-    assert _chances(amounts, split, which)[0] > np.log(0.1)
+    assert _chances(amounts, split, which, 0.01)[0] > np.log(0.1)
     assert choices(split, which) == 90
     assert choices(np.array([0, 0, 1, 1, 0, 0]), which) == 3
+
+
+def test_two_trajectories_that_show_the_same_difference_show_a_level() -> None:
+    """Unless it is no larger than what anybody would call a payload."""
+    which, split = np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1])
+    amounts = np.array([[-50.0, 3.0], [50.0, -2.0], [-49.0, 2.0], [51.0, -4.0]])
+    assert _chances(amounts, split, which, 1.0)[0] < np.log(1e-3)
+    assert _chances(amounts, split, which, 100.0**2)[0] > np.log(0.1)
 
 
 def test_partitions_are_counted() -> None:

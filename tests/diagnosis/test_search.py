@@ -96,9 +96,9 @@ def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
     assert anew == chosen_anew
 
 
-def accepted(*given: tuple[float, float | None]) -> list[Any]:
+def accepted(*given: tuple[float, float | None], varied: bool = False) -> list[Any]:
     """Effects with these sizes and orders."""
-    form = SimpleNamespace(varied=False)
+    form = SimpleNamespace(varied=varied)
     return [
         SimpleNamespace(score=SimpleNamespace(size=s, order=order, hypothesis=form))
         for s, order in given
