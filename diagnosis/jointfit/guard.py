@@ -15,7 +15,6 @@ from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
-from flexhex.diagnosis.runs.blocks import torque_at
 
 Array = NDArray[np.float64]
 POOR = 0.5
@@ -30,9 +29,13 @@ FITS = 4
 
 
 def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:
-    """Axes (from 0) of which more than `POOR` of the torque is left."""
-    left = axis_rms(model.blocks, residual)
-    return [int(i) for i in np.flatnonzero(left > POOR * model.torque_rms)]
+    """Axes (from 0) of which more than `POOR` of the torque is left, both in the rows in which they
+    move."""
+    left, torque = axis_rms(model.blocks, residual), np.concatenate(model.torque)
+    judged = np.concatenate([block.judged for block in model.blocks])
+    mean = torque.mean(axis=0, where=judged)
+    whole = axis_rms(model.blocks, [own - mean for own in model.torque])
+    return [int(i) for i in np.flatnonzero(left > POOR * whole)]
 
 
 def strange_axes(model: Calibrated) -> list[int]:
@@ -44,10 +47,9 @@ def strange_axes(model: Calibrated) -> list[int]:
     """
     carried = np.array([known.group == GROUP for known in model.known])
     nominal = np.where(carried, model.regression.q, model.nominal)
-    tau = [torque_at(b, model.base.window, model.fitted.delay) for b in model.blocks]
     left = model.residual(nominal)
     usable = [b.usable for b in model.blocks]
-    seen = np.concatenate([t[m] for t, m in zip(tau, usable, strict=True)])
+    seen = np.concatenate([t[m] for t, m in zip(model.torque, usable, strict=True)])
     modelled = seen - np.concatenate([r[m] for r, m in zip(left, usable, strict=True)])
     seen, modelled = (v - v.mean(axis=0) for v in (seen, modelled))
     sizes = np.linalg.norm(seen, axis=0) * np.linalg.norm(modelled, axis=0)

@@ -156,16 +156,39 @@ def measured(runs: tuple[int, ...]) -> Diagnosis:
 
 
 def assert_viscous(diagnosis: Diagnosis) -> None:
-    """Axes 3, 4, 5, which these runs move, have viscous friction, and the held-out runs agree."""
+    """Axes 3 and 4 have viscous friction, and the held-out runs agree; axis 5, of which it explains
+    less than half in any model, has no name."""
     (effect,) = diagnosis.effects
     assert diagnosis.verdict in ("named", "ambiguous")
     assert effect.id == "viscous_friction"
-    assert effect.axes == (3, 4, 5)
+    assert effect.axes == (3, 4)
+    assert any("more than 50% of the torque of axis" in note for note in diagnosis.notes)
     residual = diagnosis.residual.held_out
-    shares = residual["after"][2:5] / residual["before"][2:5]
-    # a third of the residual is a margin: measured 0.23, 0.31, 0.13
+    shares = residual["after"][2:4] / residual["before"][2:4]
+    # a third of the residual is a margin: measured 0.23, 0.31
     assert (shares < 0.4).all()
     assert diagnosis.changed == ()
+
+
+def test_a_line_through_rate_and_torque_says_what_viscous_friction_can_explain() -> None:
+    runs = [logs.read_log(run(number)) for number in range(1, 13)]
+    rates = [_smoothed(np.gradient(log["theta"].values, log["theta"].ts, axis=0)) for log in runs]
+    torques = [_smoothed(log["tau_meas"].values) for log in runs]
+    left = []
+    for axis in (2, 3, 4):
+        rate, torque = (np.concatenate(each)[:, axis] for each in (rates, torques))
+        moves = np.abs(rate) > 0.05 * rate.std()
+        rate, torque = rate[moves], torque[moves]
+        rest = torque - (rate @ torque) / (rate @ rate) * rate
+        left.append(rest.std() / torque.std())
+    assert left[0] < 0.5
+    assert left[1] < 0.5
+    assert left[2] > 0.5
+
+
+def _smoothed(values: Array) -> Array:
+    """Means of a tenth of a second at 250 Hz."""
+    return np.stack([np.convolve(v, np.full(25, 1 / 25), "valid") for v in values.T], axis=1)
 
 
 def test_measured_arm_has_viscous_friction_on_the_axes_that_move() -> None:
