@@ -137,6 +137,25 @@ fn a_recording_without_a_row_leaves_no_file() {
 }
 
 #[test]
+fn folders_that_hold_no_file_at_the_end_go_those_that_were_there_stay() {
+    let (sink, source) = ring(64, 3);
+    let mut plan = plan("folders", 3);
+    let there = plan.before_trip.parent().unwrap().to_owned();
+    std::fs::create_dir_all(&there).unwrap();
+    plan.recording = Some(there.join("new/deeper/run.csv"));
+    plan.before_trip = there.join("new/deeper/run-trip.csv");
+    let writer = Writer::start(plan.clone(), source).unwrap();
+    drop(sink);
+    writer.finish(None).unwrap();
+    assert!(there.exists() && !there.join("new").exists());
+    let (mut sink, source) = ring(64, 3);
+    let writer = Writer::start(plan, source).unwrap();
+    sink.push(&[0.0, 0.0, 1.0]);
+    assert!(writer.finish(None).unwrap().recording.unwrap().exists());
+    std::fs::remove_dir_all(there).unwrap();
+}
+
+#[test]
 fn a_trip_that_could_not_be_kept_is_refused_before_the_run() {
     let (_sink, source) = ring(64, 3);
     let mut plan = plan("nowhere", 3);
