@@ -10,7 +10,7 @@ use crate::record::Columns;
 use crate::report::Reporter;
 
 /// Time between two looks at the beats, and looks between two lines of status.
-const LOOK: Duration = Duration::from_millis(100);
+pub const LOOK: Duration = Duration::from_millis(100);
 const LOOKS_OF_STATUS: u32 = 5;
 
 /// Values of the column `phase`.
@@ -84,14 +84,14 @@ impl Watched<'_> {
 
 /// Looks in a row at which a counter that should count stood still.
 #[derive(Default)]
-struct Stillness {
+pub struct Stillness {
     last: Option<u64>,
     looks: u32,
 }
 
 impl Stillness {
     /// None: it need not count.
-    fn note(&mut self, count: Option<u64>) -> u32 {
+    pub fn note(&mut self, count: Option<u64>) -> u32 {
         let still = count.is_some() && count == self.last;
         self.looks = if still { self.looks + 1 } else { 0 };
         self.last = count;
