@@ -157,8 +157,8 @@ impl Sheet {
     fn close(mut self, trip: Option<&str>) -> Result<Written, RecordError> {
         if let (Some(file), Some(path)) = (self.file.take(), &self.plan.recording) {
             self.failed = end(file, trip).map_err(FileError::of(path)).err();
-            // nothing was recorded: the next try may have the same name
-            if self.rows == 0 && path.is_file() {
+            // nothing stands in it: the next try may have the same name
+            if self.before == 0 && path.is_file() {
                 let _ = std::fs::remove_file(path);
                 self.plan.recording = None;
             }
