@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::config::AXES;
-use crate::live::Board;
+use crate::live::{self, Board};
 use crate::record::Columns;
 use crate::report::Reporter;
 
 /// Time between two looks at the beats, and looks between two lines of status.
-const LOOK: Duration = Duration::from_millis(100);
+pub const LOOK: Duration = Duration::from_millis(100);
 const LOOKS_OF_STATUS: u32 = 5;
 
 /// Values of the column `phase`.
@@ -33,10 +33,11 @@ pub fn attend<T>(watched: Watched, on_hang: impl FnOnce() + Send, work: impl FnO
     std::thread::scope(|scope| {
         let attendant = scope.spawn(|| {
             let mut stillness = Stillness::default();
-            let mut looks = 0;
+            let (mut looks, mut phase) = (0, None);
             while !over.load(Ordering::Relaxed) {
                 std::thread::park_timeout(LOOK);
                 looks += 1;
+                watched.tell_phase(&mut phase);
                 if looks % LOOKS_OF_STATUS == 0 {
                     watched.tell();
                 }
@@ -59,18 +60,34 @@ pub fn attend<T>(watched: Watched, on_hang: impl FnOnce() + Send, work: impl FnO
 }
 
 impl Watched<'_> {
+    fn place(&self, name: &str) -> Option<usize> {
+        self.columns.names.iter().position(|known| known == name)
+    }
+
+    /// A line for each phase that begins: in a journal, too, there is something to see before the end.
+    fn tell_phase(&self, last: &mut Option<f64>) {
+        let Some(row) = self.board.read() else { return };
+        let phase = self.place("phase").map(|k| row[k]);
+        let word = phase.filter(|_| phase != *last).and_then(live::phase);
+        *last = phase;
+        if let Some(word) = word {
+            self.reporter.live_over();
+            self.reporter.line("phase", word);
+            self.reporter.event("phase", json!({ "phase": word }));
+        }
+    }
+
     /// The status line, and the same as an event, in lift-off and run.
     fn tell(&self) {
         let Some(row) = self.board.read() else { return };
-        let place = |name: &str| self.columns.names.iter().position(|known| known == name);
-        let value = |name: &str| place(name).map_or(0.0, |k| row[k]);
+        let value = |name: &str| self.place(name).map_or(0.0, |k| row[k]);
         let (cycle, time, phase) = (value("cycle"), value("time"), value("phase"));
         let event = match phase {
             RUNNING if cycle > 0.0 => "status",
             LIFTING => "moving",
             _ => return,
         };
-        let first = place("e[1]").unwrap_or(0);
+        let first = self.place("e[1]").unwrap_or(0);
         let most = row[first..first + AXES].iter().fold(0.0, |most: f64, e| most.max(e.abs()));
         let (error, lost) = (most * 1e6, self.board.lost.load(Ordering::Relaxed));
         let text = format!("{time:8.2} s   error {error:9.2} urad   lost {lost}");
@@ -84,14 +101,14 @@ impl Watched<'_> {
 
 /// Looks in a row at which a counter that should count stood still.
 #[derive(Default)]
-struct Stillness {
+pub struct Stillness {
     last: Option<u64>,
     looks: u32,
 }
 
 impl Stillness {
     /// None: it need not count.
-    fn note(&mut self, count: Option<u64>) -> u32 {
+    pub fn note(&mut self, count: Option<u64>) -> u32 {
         let still = count.is_some() && count == self.last;
         self.looks = if still { self.looks + 1 } else { 0 };
         self.last = count;

@@ -26,6 +26,7 @@ mod option_error;
 mod plan;
 mod planned;
 mod poses;
+mod preparing;
 mod realtime;
 mod record;
 mod referencing;

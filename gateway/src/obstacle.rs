@@ -59,8 +59,7 @@ impl Display for Obstacle {
             ),
             Obstacle::Torque { at, axis, needed, most } => write!(
                 f,
-                "at {at:.3?} rad axis {} needs {needed:.2} N m to brake in landing.brake_ms, allowed {most} \
-                 (landing.torque_N_m)",
+                "at {at:.3?} rad axis {} needs {needed:.2} N m to brake, allowed {most} (landing.torque_N_m)",
                 axis + 1
             ),
             Obstacle::Failed(why) => why.fmt(f),

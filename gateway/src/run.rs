@@ -18,6 +18,7 @@ use crate::mismatch::Mismatch;
 use crate::option_error::OptionError;
 use crate::plan::plan;
 use crate::planned;
+use crate::preparing::Preparing;
 use crate::realtime;
 use crate::record::{self, ring, Columns, Writer, Written};
 use crate::report::Reporter;
@@ -144,6 +145,7 @@ fn prepare_and_run(
     let config = config;
     args.record.as_deref().map_or(Ok(()), record::vacant)?;
     reporter.title("flexhex-gateway");
+    let preparing = Preparing::begin(reporter);
     let system = session::open_system(&config, reporter)?;
     let resume = learned::resumed(&config)?;
     let controller = signals::open(&config, &system, lockstep, resume)?;
@@ -172,6 +174,7 @@ fn prepare_and_run(
     if let Some(port) = args.options.page {
         reporter.line("page", &format!("http://127.0.0.1:{port}/"));
     }
+    drop(preparing);
     let writer = Writer::start(plan, source)?;
     let (computing, closer) = (controller.watch(), writer.closer());
     let patience = watch::patience(lockstep, &config);

@@ -14,8 +14,8 @@ use crate::off;
 use crate::record::{Closer, Columns};
 use crate::report::Reporter;
 
-/// A control loop without a cycle for so long hangs.
-const HANG_S: u32 = 3;
+/// A control loop without a cycle, or an FMU without an answer, for so long hangs.
+pub const HANG_S: u32 = 3;
 /// Longest wait until the files of a loop that hangs are closed.
 const CLOSING: Duration = Duration::from_secs(5);
 

@@ -4,7 +4,7 @@
 use flexhex_system::{Dynamics, Error, Gain, Kinematics, Motion, System};
 
 use crate::config::{Config, Homed, PoseLimit, AXES};
-use crate::motion::{Pace, Path};
+use crate::motion::Brakes;
 use crate::obstacle::Obstacle;
 
 type Axes = [f64; AXES];
@@ -28,10 +28,7 @@ pub struct Workspace {
     rest: Option<Axes>,
     /// None: the system has no model that the reference alone feeds.
     dynamics: Option<Dynamics>,
-    pace: Pace,
-    /// Largest torque of a landing [N m], and the limits of the angles [rad].
-    torque: f64,
-    within: [(f64, f64); AXES],
+    brakes: Brakes,
 }
 
 impl Workspace {
@@ -63,9 +60,7 @@ impl Workspace {
             at,
             rest,
             dynamics: Dynamics::of(system, &config.system.reference, &config.system.feedforward)?,
-            pace: Pace::of(&config.landing, system.base_step()),
-            torque: config.landing.torque,
-            within: std::array::from_fn(|k| config.limits(k).position()),
+            brakes: Brakes::of(config, system.base_step()),
         }))
     }
 
@@ -103,12 +98,21 @@ impl Workspace {
         self.dynamics.as_mut().map_or(Ok(None), |dynamics| dynamics.torque(motion))
     }
 
-    /// The pose and the stop that may begin there: the pose in which it ends, and the torques that it takes.
+    /// Where a stop from a pose [rad] and rate [rad/s] ends, if its torques suffice.
+    pub fn stop(&self, theta: &Axes, rate: &Axes) -> Axes {
+        let times = self.brakes.soonest(theta, rate);
+        self.brakes.path(theta, rate, times, theta).stop()
+    }
+
+    /// The pose and the stop that may begin there, as a landing brakes: the pose in which it ends, and the torques that
+    /// it takes.
     pub fn stops_from(&mut self, motion: &Motion) -> Result<(), Obstacle> {
-        self.judge(&motion.theta)?;
-        let path = Path::new(motion.theta, motion.thetad, motion.theta, self.pace);
+        let (brakes, theta, rate) = (self.brakes, &motion.theta, &motion.thetad);
+        self.judge(theta)?;
+        let times = brakes.times(theta, rate, |motion| self.torques(motion));
+        let path = brakes.path(theta, rate, times, theta);
         let stop = path.stop();
-        for (axis, (angle, (low, high))) in stop.iter().zip(self.within).enumerate() {
+        for (axis, (angle, (low, high))) in stop.iter().zip(brakes.limits).enumerate() {
             if !(low..=high).contains(angle) {
                 return Err(Obstacle::Position { axis, angle: *angle, low, high });
             }
@@ -121,7 +125,7 @@ impl Workspace {
             };
             let sizes = torques.map(f64::abs).into_iter().enumerate();
             let worst = sizes.max_by(|(_, one), (_, other)| one.total_cmp(other));
-            let ((axis, needed), most) = (worst.unwrap_or((0, f64::NAN)), self.torque);
+            let ((axis, needed), most) = (worst.unwrap_or((0, f64::NAN)), brakes.most);
             // a torque that is no number is none that a landing may give
             if needed.is_nan() || needed > most {
                 return Err(Obstacle::Torque { at: braking.theta, axis, needed, most });

@@ -50,7 +50,7 @@ class Spoil:
 
     Step k goes from k to k + 1 sample times. kind: "set" (the output `variable` shows `value`,
     which may be nan), "error" (fmi2DoStep returns fmi2Error), "sleep" (it takes `value` [s] more),
-    "hang" (it says so on stderr and never returns).
+    "hang" (it says so on stderr and never returns; at step -1 its initialisation does).
     """
 
     instance: str

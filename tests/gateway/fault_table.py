@@ -129,6 +129,30 @@ class Off:
         return f"| {self.fault} | {self.least:.2f} | {self.most:.2f} |"
 
 
+def alike(one: str, other: str) -> bool:
+    """Whether two rows say the same, as far as processors agree: words to the letter.
+
+    Each rounds sin and cos in its own way (glibc takes fused operations where there are some), so
+    the last bits differ. A blind axis with `damp` passes its balance and makes hundredths of that:
+    0.65 to 0.67 rad/s. A mean that grows slowly meets its limit a cycle sooner or later.
+    """
+    cells = one.split(" | "), other.split(" | ")
+    if len(cells[0]) != len(cells[1]):
+        return False
+    return all(a == b or _near(k, a, b) for k, (a, b) in enumerate(zip(*cells, strict=True)))
+
+
+def _near(column: int, one: str, other: str) -> bool:
+    """Cycles to a thousandth; speed, angle and time to two hundredths."""
+    if column not in (3, 4, 5):
+        return False
+    try:
+        a, b = float(one), float(other)
+    except ValueError:
+        return False
+    return round(abs(a - b), 6) <= (1e-3 * a if column == 3 else 0.02)
+
+
 @dataclass
 class Table:
     """Rows of this session; `update` writes them, otherwise each must stand in the file."""
@@ -139,11 +163,11 @@ class Table:
 
     def add(self, row: Row | Fall | Margin | Off) -> None:
         """Keep a row, and compare it with the file."""
-        self.rows[row.fault] = row
-        if not self.update:
-            listed = str(row) in self.place.written()
-            file = self.place.file
-            assert listed, f"{file} does not say: {row}; pytest --update writes it"
+        listed = any(alike(line, str(row)) for line in self.place.written())
+        if self.update and not listed:
+            self.rows[row.fault] = row
+        file = self.place.file
+        assert listed or self.update, f"{file} does not say: {row}; pytest --update writes it"
 
     def write(self) -> None:
         """Put the rows of this session into the file, in the place of those with their names."""

@@ -9,7 +9,7 @@
      set    outputs of value reference REFERENCE are VALUE (`nan`, `inf`, a number)
      error  fmi2DoStep returns fmi2Error
      sleep  fmi2DoStep takes VALUE seconds more
-     hang   fmi2DoStep says so and never returns
+     hang   fmi2DoStep says so and never returns; step -1: fmi2ExitInitializationMode
    Only the functions that the executor calls are there. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -39,6 +39,15 @@ typedef struct {
 
 static int spoils(const proxy *p, const char *kind, long step) {
   return strcmp(p->kind, kind) == 0 && step >= p->first && step - p->first < p->count;
+}
+
+static void hang_at(const proxy *p, long step) {
+  if (spoils(p, "hang", step)) {
+    (void)fputs("hangs\n", stderr);
+    for (;;) {
+      (void)pause();
+    }
+  }
 }
 
 /* Reads proxy.txt; a proxy that cannot, or is of another instance, spoils nothing. */
@@ -114,6 +123,7 @@ FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
   proxy *p = c;
   REAL(p, fmi2ExitInitializationMode);
+  hang_at(p, -1);
   return real(p->real);
 }
 
@@ -156,11 +166,6 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size,
                                     (long)(1e9 * (p->value - (double)(time_t)p->value))};
     (void)nanosleep(&longer, NULL);
   }
-  if (spoils(p, "hang", step)) {
-    (void)fputs("hangs\n", stderr);
-    for (;;) {
-      (void)pause();
-    }
-  }
+  hang_at(p, step);
   return spoils(p, "error", step) ? fmi2Error : real(p->real, time, size, final);
 }

@@ -35,6 +35,7 @@ def test_late_cycle_in_a_landing_is_reported_and_the_landing_goes_on(
     fallen.ends_at_rest(LATE)
 
 
+NEUTRAL = ("--to", "0,0,0,0,0,0")
 RESTS = 400
 """A cycle before the reference moves."""
 SILENT = "silence_s = 3\n"
@@ -78,6 +79,38 @@ def test_fmu_that_hangs_before_power_is_ended_by_ctrl_c(hexapod_ssp: Path, tmp_p
     ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, during=interrupt)
     assert ran.code == -signal.SIGINT
     never_enabled(ran)
+
+
+RUN, MOVE = ("run", "--enable", "--lockstep"), ("move", "--enable", "--lockstep", *NEUTRAL)
+CHECK = ("check",)
+
+
+@pytest.mark.parametrize(
+    ("instance", "step", "command", "named"),
+    [
+        ("F-model", 300, RUN, "F-model"),
+        ("reference-ahead", 300, RUN, "reference-ahead"),
+        ("N_F-gain", 4, MOVE, "N_F-gain"),
+        ("K", -1, CHECK, "K"),
+        ("F", -1, CHECK, "one of reference, N_F, F, feedback, W, N_E"),
+    ],
+)
+def test_fmu_that_hangs_before_power_is_named_and_ends_the_command(
+    instance: str,
+    step: int,
+    command: tuple[str, ...],
+    named: str,
+    hexapod_ssp: Path,
+    tmp_path: Path,
+) -> None:
+    """The model of a brake, the reference ahead, the pose of a way, two initialisations."""
+    bad = spoiled(hexapod_ssp, Spoil(instance, step, "hang"), tmp_path / "bad.ssp")
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, command=command)
+    assert ran.code == 3, ran.words
+    message = str(ran.one("refused")["message"])
+    assert message.startswith(f"{named} hangs: no answer for 3 s; no drive has power yet"), message
+    never_enabled(ran)
+    assert not ran.recording.exists()
 
 
 def test_long_run_says_how_far_it_is_judged(hexapod_ssp: Path, tmp_path: Path) -> None:

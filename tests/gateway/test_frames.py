@@ -12,6 +12,8 @@ from tests.gateway.decoder import decode, malformed, need_tshark
 CYCLES = 1000
 PROCESS_DATA = {"0x0a", "0x0b", "0x0c"}
 """Logical read, write, both: the first datagram of a cycle."""
+AT_THE_END = ["0x0120"] * 2 + ["0x0300"] * 6 + ["0x0120"]
+"""AL control, error counters."""
 OURS, BACK = "ecat && eth.src[0] == 10", "ecat && eth.src[0] == 12"
 """What the gateway sends; the first drive sets a bit there on the way back. (The kernel's own
 frames, router solicitations, may have such an address too: it is drawn.)"""
@@ -39,4 +41,6 @@ def test_every_frame_of_a_run_is_sound(kind: str, hexapod_ssp: Path, tmp_path: P
         commands = decode_fields(capture, "ecat.cmd", end)
         cycles = [one for one in commands if one.split(",")[0] in PROCESS_DATA]
         assert len(cycles) >= CYCLES
-        assert commands[-3:] == ["0x08"] * 3, "SAFE-OP, PRE-OP, INIT to all"
+        # SAFE-OP and PRE-OP to all, the counters of the cables of six drives, INIT to all
+        assert commands[-9:] == ["0x08"] * 2 + ["0x04"] * 6 + ["0x08"]
+        assert decode_fields(capture, "ecat.ado", end)[-9:] == AT_THE_END

@@ -17,10 +17,8 @@ from tests.gateway.landing_twin import MOST
 from tests.gateway.test_falls import POSE
 from tests.gateway.test_workspace import ONE_UP, TWO_UP, gain
 from tests.gateway.weight import STROKE, TS, Fallen, free
-from tests.oracles.actuator import chi
 from tests.oracles.calculus import Array
 from tests.oracles.geometry import close
-from tests.oracles.lagrange import torque
 from tests.oracles.machine import Machine, read_machine
 
 Way = tuple[tuple[int, ...], float, float]
@@ -123,40 +121,6 @@ def stop(way: Way, t: float) -> tuple[Array, Array]:
     """Angles, and the way of a stop from there: the mean rate of a brake is half of the first."""
     angles, rates, _ = profile(way, t)
     return angles, rates * BRAKE_S / 2
-
-
-def test_run_is_refused_whose_stop_needs_more_torque_than_a_landing_gives(
-    hexapod_ssp: Path, tmp_path: Path
-) -> None:
-    """The torque of the brake by an independent model, of a motion that ended on a stop before."""
-    way = ((-1, 1, 1, -1, 1, -1), 0.49, 0.48)
-    time, at, message = refused(hexapod_ssp, tmp_path, way)
-    axis, needed = re.search(r"axis (\d) needs ([\d.]+) N m to brake", message).groups()  # type: ignore[union-attr]
-    assert "allowed 6 (landing.torque_N_m)" in message
-    angles, rates, _ = profile(way, time)
-    s = np.linspace(0, 1, 4001)
-    share = s - s**3 + s**4 / 2
-    k = int(np.abs(angles[0] + rates[0] * BRAKE_S * share - at[0]).argmin())
-    there, thetad = angles + rates * BRAKE_S * share[k], rates * (1 - 3 * s[k] ** 2 + 2 * s[k] ** 3)
-    thetadd, machine = rates * 6 * (s[k] ** 2 - s[k]) / BRAKE_S, read_machine()
-    drives = chi(machine.actuator, there, thetad, np.sign(rates))
-    expected = (torque(machine, there, thetad, thetadd) + drives)[int(axis) - 1]
-    # the message has three digits of the angles, by which the phase of the brake is found
-    assert float(needed) == pytest.approx(abs(expected), abs=0.1)
-    assert float(needed) > 6.0
-
-
-def test_run_is_refused_whose_stop_would_leave_the_stroke(
-    hexapod_ssp: Path, tmp_path: Path
-) -> None:
-    """All axes up together: far from singular, and at rest beyond the limit."""
-    way = ((1, 1, 1, 1, 1, 1), 0.515, 0.6)
-    time, _, message = refused(hexapod_ssp, tmp_path, way)
-    angle = float(re.search(r"would come to rest at ([\d.]+) rad", message)[1])  # type: ignore[index]
-    assert "allowed -0.52 to 0.52 (position_min_rad, position_max_rad)" in message
-    stops = [np.add(*stop(way, t))[0] for t in (time, time - JUDGED_S)]
-    assert angle == pytest.approx(stops[0], abs=1e-3)
-    assert stops[0] > 0.52 > stops[1]
 
 
 def test_run_is_refused_whose_motion_leaves_the_limits_of_the_pose(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ import numpy as np
 
 from tests.gateway.bench import Bench, Event, Ran, Rows, columns
 from tests.gateway.fault_table import Fall
+from tests.oracles.machine import TFLEX
 
 REST_S = 5.0
 """Time that the machine sinks before the first frame, and after the last."""
@@ -19,8 +21,10 @@ QUIET_S = 60.0
 """The model has hardly any damping: after this time it rests."""
 BRAKING = 1.8
 """Torque over speed of short-circuited windings [N m s/rad]: K_t^2 / R of 3 N m/A and 5 ohm."""
-STROKE, FASTEST = 0.5236, 1.0
-"""End stops [rad], and the highest speed that a reaction may cause [rad/s]."""
+STROKE: float = tomllib.loads(TFLEX.read_text())["geometry"]["stroke"]["value"]
+"""End stops [rad]."""
+FASTEST = 1.0
+"""Highest speed that a reaction may cause [rad/s]."""
 TS = 0.00025
 
 

@@ -12,8 +12,15 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, ConfigError> {
     let mend = "give a configuration file, for example gateway/machines/akd.toml";
     let named = |why: ConfigError| why.of(file);
     let text = std::fs::read_to_string(file);
-    let text = text.map_err(|why| named(Mistake::Unreadable(why, mend).into()))?;
-    let text = changed(&text, changes).map_err(|mistake| named(mistake.into()))?;
+    let file_text = text.map_err(|why| named(Mistake::Unreadable(why, mend).into()))?;
+    let text = changed(&file_text, changes).map_err(|mistake| named(mistake.into()))?;
+    let formed = toml::from_str::<Config>(&text).map_err(|why| {
+        toml::from_str::<Config>(&file_text).map_or_else(
+            |of_file| toml_error::describe(&file_text, &of_file),
+            |_| toml_error::describe_change(&text, &why),
+        )
+    });
+    formed.map_err(|mistake| named(mistake.into()))?;
     let mut config = parse(&text).map_err(named)?;
     config.hash = hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);

@@ -85,7 +85,8 @@ fn single_values_are_changed_and_checked_like_the_file() {
     assert_eq!(read("bus.interface=veth7").unwrap().bus.interface, "veth7");
     for (change, wanted) in [
         ("bus.watchdog_ms=0", "bus.watchdog_ms = 0, allowed 1 to 6000"),
-        ("bus.watchdog=5", "unknown field `watchdog`"),
+        ("bus.watchdog=5", "akd.toml: --set watchdog = 5: unknown field `watchdog`"),
+        ("reactions.jump=ramp", "akd.toml: --set jump = \"ramp\": unknown variant `ramp`"),
         ("cable.length=5", "\"cable\""),
         ("nothing", "KEY=VALUE"),
     ] {

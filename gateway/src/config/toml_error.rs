@@ -4,11 +4,22 @@ use super::mistakes::Mistake;
 
 /// The error with its line number and line.
 pub fn describe(text: &str, why: &toml::de::Error) -> Mistake {
+    let (number, line) = place(text, why);
+    let quoted = if line.is_empty() { String::new() } else { format!(" `{line}`") };
+    Mistake::Form(format!("line {}{quoted}: {}", number + 1, plain(why.message())))
+}
+
+/// The same of a text whose file has no such mistake: `--set` made it, and its lines are not those of the file.
+pub fn describe_change(text: &str, why: &toml::de::Error) -> Mistake {
+    Mistake::Change { change: place(text, why).1.to_owned(), why: plain(why.message()) }
+}
+
+/// Number and content of its line.
+fn place<'a>(text: &'a str, why: &toml::de::Error) -> (usize, &'a str) {
     let start = why.span().map_or(0, |span| span.start.min(text.len()));
     let number = text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
     let line = text.lines().nth(number).unwrap_or("").split(" #").next().unwrap_or("").trim();
-    let quoted = if line.is_empty() { String::new() } else { format!(" `{line}`") };
-    Mistake::Form(format!("line {}{quoted}: {}", number + 1, plain(why.message())))
+    (number, line)
 }
 
 /// Replaces the reader's names of Rust types.

@@ -8,7 +8,7 @@ use super::{ControlLoop, Ending, Phase};
 use crate::bus::cia402;
 use crate::bus::Reply;
 use crate::config::AXES;
-use crate::motion::{brake, Mover, Path};
+use crate::motion::{Brakes, Mover};
 use crate::realtime::stop;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::safety::{in_landing, Bounds, Disabling, InLanding, Measured};
@@ -44,9 +44,11 @@ impl<L: Link> ControlLoop<'_, L> {
         for k in (0..AXES).filter(|k| blind[*k]) {
             rate[k] = 0.0;
         }
-        let limits = std::array::from_fn(|k| self.config.limits(k).position());
-        let brake = (self.brakes(&theta, &rate, &limits), &limits);
-        let path = Path::within(theta, rate, brake, self.rest, self.mechanics.pace);
+        let brakes = Brakes::of(self.config, self.mechanics.pace.base_step);
+        let times = brakes.times(&theta, &rate, |motion| self.modelled(motion));
+        let shorter = |time: &f64| *time < brakes.pace.brake - brakes.pace.base_step;
+        self.out.brakes = times.map(|time| Some(time).filter(shorter));
+        let path = brakes.path(&theta, &rate, times, &self.rest);
         self.out.passed = path.goes_back();
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
@@ -64,32 +66,6 @@ impl<L: Link> ControlLoop<'_, L> {
         }
         mover.step(&self.previous.theta, 0);
         self.phase = Phase::Landing(mover);
-    }
-
-    /// Times [s] in which the axes brake: shorter where they would leave the limits of their angles, as far as the
-    /// largest torque of a landing goes by the model.
-    fn brakes(
-        &mut self,
-        theta: &[f64; AXES],
-        rate: &[f64; AXES],
-        limits: &[(f64, f64); AXES],
-    ) -> [f64; AXES] {
-        let pace = self.mechanics.pace;
-        let (usual, most) = ([pace.brake; AXES], self.mechanics.torque);
-        let steps = std::array::from_fn(|k| self.config.limits(k).torque_step);
-        let shortest = brake::shortest(most, &steps) * pace.base_step;
-        let mut times = brake::within(theta, rate, limits, (shortest, pace.brake));
-        if times == usual {
-            return usual;
-        }
-        let torques =
-            [usual, times].map(|times| self.modelled(&brake::hardest(theta, rate, &times)));
-        if let [Some(begin), Some(end)] = torques {
-            times = brake::affordable(pace.brake, &times, [&begin, &end], most);
-        }
-        let shorter = |time: &f64| *time < pace.brake - pace.base_step;
-        self.out.brakes = times.map(|time| Some(time).filter(shorter));
-        times
     }
 
     /// Limits of a motion through these poses that begins at this rate.

@@ -6,7 +6,6 @@ use super::inputs::{between, Values};
 use super::{signals, ControlLoop, Ending, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
-use crate::motion::Path;
 use crate::realtime::{now_ns, stop};
 use crate::rules::Reason;
 use crate::safety::Measured;
@@ -101,7 +100,7 @@ impl<L: Link> ControlLoop<'_, L> {
             return workspace.watch(theta);
         }
         let rates = self.safety.history().rates();
-        workspace.watch(&Path::new(*theta, rates, *theta, self.mechanics.pace).stop())
+        workspace.watch(&workspace.stop(theta, &rates))
     }
 
     /// The first fault output whose value is not listed in `safety.non_trip_faults`.

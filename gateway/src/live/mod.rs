@@ -8,4 +8,4 @@ mod view;
 pub use board::Board;
 pub use error::{LiveError, LiveFault};
 pub use serve::{ask, serve_page, serve_status};
-pub use view::view;
+pub use view::{phase, view};

@@ -12,6 +12,11 @@ const PHASES: [&str; 5] = ["enabling", "running", "disabling", "lifting off", "l
 /// Before the first cycle.
 const FIRST: &str = "bringing up the bus";
 
+/// The word for a value of that column.
+pub fn phase(value: f64) -> Option<&'static str> {
+    PHASES.get(value as usize).copied()
+}
+
 /// Everything that is shown of a run; `about`: what does not change during it.
 pub fn view(board: &Board, columns: &Columns, about: &Value) -> Value {
     let count = |value: &std::sync::atomic::AtomicU64| value.load(Ordering::Relaxed);
@@ -26,9 +31,8 @@ pub fn view(board: &Board, columns: &Columns, about: &Value) -> Value {
             None => drop(view.insert(name.clone(), json!(value))),
         }
     }
-    let phase = view.get("phase").and_then(Value::as_f64);
-    let phase = phase.and_then(|phase| PHASES.get(phase as usize)).unwrap_or(&FIRST);
-    view.insert("phase".to_owned(), json!(phase));
+    let begun = view.get("phase").and_then(Value::as_f64).and_then(phase);
+    view.insert("phase".to_owned(), json!(begun.unwrap_or(FIRST)));
     if let Some(Value::Array(words)) = view.get("statusword") {
         let state = |word: &Value| cia402::state(word.as_f64().unwrap_or(0.0) as u16).name();
         let states: Vec<_> = words.iter().map(state).collect();

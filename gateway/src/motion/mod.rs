@@ -1,7 +1,7 @@
 //! Lift-off and landing without the controller: a planned path, a PID for each axis, and the weight or what a model
 //! says. It uses no sockets, clocks or FMUs, so it works when these have failed.
 
-pub mod brake;
+mod brake;
 mod path;
 #[cfg(test)]
 mod tests;
@@ -9,6 +9,7 @@ mod tests;
 use flexhex_system::Motion;
 
 use crate::config::AXES;
+pub use brake::Brakes;
 pub use path::{Pace, Path};
 
 type Axes = [f64; AXES];

@@ -163,10 +163,10 @@ fn an_axis_that_moves_towards_its_stop_is_braked_before_it() {
         let theta = chance.axes(0.1).map(|angle| angle + 0.4_f64.copysign(angle));
         let rate = chance.axes(1.0);
         let mut machine = Machine { theta, rate, weight: 1.0 };
-        let limits = [(-0.52, 0.52); AXES];
-        let times = brake::within(&theta, &rate, &limits, (H, pace().brake));
+        let brakes = Brakes { pace: pace(), shortest: H, most: 6.0, limits: [(-0.52, 0.52); AXES] };
+        let times = brakes.soonest(&theta, &rate);
         shorter += times.iter().filter(|time| **time < pace().brake).count();
-        let path = Path::within(theta, rate, (times, &limits), REST, pace());
+        let path = brakes.path(&theta, &rate, times, &REST);
         let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);
         for _ in 0..path.braking() {
             let (m, hold) = (mover.motion(), mechanics().holding(&mover.r, &REST));

@@ -23,6 +23,28 @@ pub struct Plan {
     pub reaction: usize,
 }
 
+/// Folders that a recording makes: those in which nothing stays go with it.
+pub(super) struct Made(Vec<PathBuf>);
+
+impl Made {
+    /// Those that the files of a plan want and that do not exist yet.
+    pub fn by(plan: &Plan) -> Made {
+        let files = plan.recording.iter().chain([&plan.before_trip]);
+        let wanted = |file: &PathBuf| {
+            let folders = file.ancestors().skip(1).take_while(|folder| !folder.exists());
+            folders.map(Path::to_owned).collect::<Vec<_>>()
+        };
+        Made(files.flat_map(wanted).filter(|folder| folder.file_name().is_some()).collect())
+    }
+}
+
+impl Drop for Made {
+    fn drop(&mut self) {
+        // one that holds a file stays
+        self.0.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
+    }
+}
+
 /// Err if a recording to this path would overwrite a file.
 pub fn vacant(path: &Path) -> Result<(), RecordError> {
     if !path.is_file() {

@@ -125,15 +125,35 @@ fn a_trip_is_kept_although_the_recording_failed() {
 
 #[test]
 fn a_recording_without_a_row_leaves_no_file() {
-    let (sink, source) = ring(64, 3);
+    let (mut sink, source) = ring(64, 3);
     let plan = plan("refused", 3);
     let file = plan.recording.clone().unwrap();
     let writer = Writer::start(plan, source).unwrap();
     assert!(vacant(&file).is_err(), "it is there while it may get rows");
-    drop(sink);
+    // one of the reaction, which belongs into the trip file only
+    sink.push(&[0.0, 0.0, 2.0]);
     assert_eq!(writer.finish(None).unwrap().recording, None);
     vacant(&file).unwrap();
-    std::fs::remove_dir_all(file.parent().unwrap()).unwrap();
+    assert!(!file.parent().unwrap().exists(), "nor the folder that it made");
+}
+
+#[test]
+fn folders_that_hold_no_file_at_the_end_go_those_that_were_there_stay() {
+    let (sink, source) = ring(64, 3);
+    let mut plan = plan("folders", 3);
+    let there = plan.before_trip.parent().unwrap().to_owned();
+    std::fs::create_dir_all(&there).unwrap();
+    plan.recording = Some(there.join("new/deeper/run.csv"));
+    plan.before_trip = there.join("new/deeper/run-trip.csv");
+    let writer = Writer::start(plan.clone(), source).unwrap();
+    drop(sink);
+    writer.finish(None).unwrap();
+    assert!(there.exists() && !there.join("new").exists());
+    let (mut sink, source) = ring(64, 3);
+    let writer = Writer::start(plan, source).unwrap();
+    sink.push(&[0.0, 0.0, 1.0]);
+    assert!(writer.finish(None).unwrap().recording.unwrap().exists());
+    std::fs::remove_dir_all(there).unwrap();
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::error::RecordError;
-use super::file::{create, end, line, unused, Plan};
+use super::file::{create, end, line, unused, Made, Plan};
 use super::ring::Source;
 use crate::file_error::FileError;
 
@@ -52,7 +52,7 @@ pub struct Written {
 impl Writer {
     /// Open the files and start the thread; Err if a file cannot be created, that of a trip included.
     pub fn start(plan: Plan, source: Source) -> Result<Writer, RecordError> {
-        let trip = unused(&plan.before_trip);
+        let (trip, made) = (unused(&plan.before_trip), Made::by(&plan));
         let tried = create(&trip, &plan, None)
             .and_then(|_| std::fs::remove_file(&trip).map_err(FileError::of(&trip)));
         tried.map_err(RecordError::NotBegun)?;
@@ -62,7 +62,7 @@ impl Writer {
         };
         let (end, ended) = channel::<End>();
         let work = move || {
-            let mut sheet = Sheet::new(plan, source, file);
+            let mut sheet = Sheet::new(plan, source, (file, made));
             loop {
                 match ended.recv_timeout(PERIOD) {
                     Err(RecvTimeoutError::Timeout) => sheet.drain(),
@@ -109,10 +109,11 @@ struct Sheet {
     before: u64,
     /// Column of the phase.
     phase: usize,
+    _made: Made,
 }
 
 impl Sheet {
-    fn new(plan: Plan, source: Source, file: Option<BufWriter<File>>) -> Sheet {
+    fn new(plan: Plan, source: Source, (file, made): (Option<BufWriter<File>>, Made)) -> Sheet {
         let width = source.width();
         Sheet {
             kept: vec![0.0; (plan.keep + plan.reaction) * width],
@@ -124,6 +125,7 @@ impl Sheet {
             failed: None,
             rows: 0,
             before: 0,
+            _made: made,
         }
     }
 
@@ -155,8 +157,8 @@ impl Sheet {
     fn close(mut self, trip: Option<&str>) -> Result<Written, RecordError> {
         if let (Some(file), Some(path)) = (self.file.take(), &self.plan.recording) {
             self.failed = end(file, trip).map_err(FileError::of(path)).err();
-            // nothing was recorded: the next try may have the same name
-            if self.rows == 0 && path.is_file() {
+            // nothing stands in it: the next try may have the same name
+            if self.before == 0 && path.is_file() {
                 let _ = std::fs::remove_file(path);
                 self.plan.recording = None;
             }

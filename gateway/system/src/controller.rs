@@ -8,13 +8,14 @@ use tempfile::TempDir;
 use crate::component::Component;
 use crate::drives::Drives;
 use crate::error::Error;
-use crate::inline::{check_finite, Inline, Watch};
+use crate::inline::{check_finite, Inline};
 use crate::layout::Layout;
 use crate::options::{Late, Options};
 use crate::state::State;
 use crate::system::System;
 use crate::threaded::{self, Threaded};
 use crate::trip::Trip;
+use crate::watch::Watch;
 use crate::wiring::find;
 use crate::worker::Outcome;
 

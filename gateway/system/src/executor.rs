@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::ffi::{self, Binary, Description, Functions, Variables};
 use crate::fmu::Fmu;
 use crate::variables::{Kind, Variable};
+use crate::watch::Watch;
 
 /// One FMU instance in the form of the executor.
 pub(crate) struct Unit {
@@ -87,6 +88,8 @@ unsafe impl Send for Executor {}
 impl Executor {
     /// Instantiates and initialises all units.
     pub fn open(units: Vec<Unit>, n_slots: usize, base: f64) -> Result<Executor, Error> {
+        let names: Vec<_> = units.iter().map(|unit| unit.name.as_str()).collect();
+        let names = format!("{}{}", if names.len() > 1 { "one of " } else { "" }, names.join(", "));
         let kept = units.into_iter().map(Kept::new).collect::<Result<Vec<_>, _>>()?;
         let descriptions: Box<[Description]> = kept.iter().map(Kept::description).collect();
         for (k, unit) in kept.iter().enumerate() {
@@ -94,6 +97,8 @@ impl Executor {
             let inside = end <= n_slots && unit.sources.iter().all(|s| *s < n_slots);
             assert!(inside && unit.period > 0, "unit {k} leaves the bus");
         }
+        let opening = Watch::new(vec![names]);
+        opening.begin(0);
         let mut message = [0u8; 1024];
         // SAFETY: descriptions and what they point to are kept in the returned value, on the
         // heap, unchanged; every slot is inside the bus (asserted); message has the size given.

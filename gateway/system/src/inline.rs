@@ -5,7 +5,6 @@
 //! period take turns and no base step computes all of them.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,6 +14,7 @@ use crate::executor::{Executor, Unit};
 use crate::layout::Layout;
 use crate::system::System;
 use crate::trip::Trip;
+use crate::watch::Watch;
 
 /// A component with its place on the bus.
 struct Member {
@@ -29,28 +29,6 @@ pub(crate) struct Inline {
     executor: Executor,
     members: Vec<Member>,
     watch: Arc<Watch>,
-}
-
-/// Which component computes at the moment, for another thread that sees a cycle take too long.
-#[derive(Debug)]
-pub struct Watch {
-    names: Vec<String>,
-    busy: AtomicUsize,
-}
-
-impl Watch {
-    /// None between two steps.
-    pub fn component(&self) -> Option<&str> {
-        self.names.get(self.busy.load(Ordering::Relaxed)).map(String::as_str)
-    }
-
-    fn begin(&self, member: usize) {
-        self.busy.store(member, Ordering::Relaxed);
-    }
-
-    fn end(&self) {
-        self.begin(usize::MAX);
-    }
 }
 
 impl Inline {
@@ -88,8 +66,7 @@ impl Inline {
         let members: Vec<_> = units.iter().zip(turns).map(member).collect();
         let executor = Executor::open(units, layout.names.len(), system.base_step())?;
         let names = members.iter().map(|member| member.name.clone()).collect();
-        let watch = Arc::new(Watch { names, busy: AtomicUsize::new(usize::MAX) });
-        Ok(Inline { executor, members, watch })
+        Ok(Inline { executor, members, watch: Watch::new(names) })
     }
 
     pub fn watch(&self) -> Arc<Watch> {

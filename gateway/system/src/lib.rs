@@ -27,6 +27,7 @@ mod threaded;
 mod trip;
 mod value;
 mod variables;
+mod watch;
 mod wiring;
 mod worker;
 
@@ -38,7 +39,6 @@ pub use controller::Controller;
 pub use dynamics::{Dynamics, Motion};
 pub use error::Error;
 pub use guard::Bounds;
-pub use inline::Watch;
 pub use kinematics::{Gain, Kinematics};
 pub use options::{Late, Options};
 pub use planned::Planned;
@@ -48,6 +48,7 @@ pub use system::System;
 pub use trip::{Trip, What};
 pub use value::Value;
 pub use variables::{Causality, Variable};
+pub use watch::{busy, Watch};
 pub use worker::ThreadHook;
 
 #[cfg(test)]
