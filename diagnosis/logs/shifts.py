@@ -8,6 +8,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from flexhex.diagnosis.logs.log import COARSE, POINTS, Array, Channel
 
@@ -76,10 +77,10 @@ def _lag(a: Array, b: Array) -> int:
 def correlated(a: Array, b: Array) -> Array:
     """Sum over columns of a[k + lag] b[k], a (samples, n), b (others, n), at lags from 1 - others
     to samples - 1."""
-    from scipy.signal import correlate  # takes long to load
-
-    pairs = zip(a.T, b.T, strict=True)
-    return np.asarray(sum(correlate(x, y, mode="full", method="fft") for x, y in pairs))
+    whole = len(a) + len(b) - 1
+    count = next_fast_len(whole, real=True)
+    both = (rfft(a, count, axis=0) * rfft(b[::-1], count, axis=0)).sum(axis=1)
+    return np.asarray(irfft(both, count)[:whole])
 
 
 def _place(b: Channel, at: Array) -> Array:

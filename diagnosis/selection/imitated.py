@@ -11,6 +11,7 @@ from flexhex.diagnosis.selection.evidence import evidence_of, together
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.scores import Score, generic_score
 from flexhex.diagnosis.selection.search import Search
+from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
 
 @dataclass(frozen=True)
@@ -26,19 +27,23 @@ class Imitated:
 def imitated(search: Search, axis: int) -> Imitated:
     """Whether effects of an axis only imitate something without a name: all together, or those
     alone that go with the angle."""
-    beside = generic_score(search.moments, search.hypotheses.generic(axis))
+    unnamed = search.hypotheses.generic(axis)
+    beside = generic_score(search.moments, unnamed)
     own, with_angle = search.own(axis), search.hypotheses.with_angle
     every = tuple(range(len(own)))
     placed = tuple(k for k in every if with_angle(own[k][0].hypothesis.id))
     for places in (every, placed):
-        instead = _better(search, axis, [own[k] for k in places], beside)
+        instead = _better(search, unnamed, [own[k] for k in places], beside)
         if instead is not None:
             return Imitated(beside, instead, places)
     return Imitated(beside)
 
 
 def _better(
-    search: Search, axis: int, effects: Sequence[tuple[Score, Sequence[Term]]], beside: Score
+    search: Search,
+    unnamed: Sequence[NamelessHypothesis],
+    effects: Sequence[tuple[Score, Sequence[Term]]],
+    beside: Score,
 ) -> Score | None:
     """Something without a name in the place of these effects, if it predicts better than they do
     with the errors of their form and with something without a name beside them. All runs together
@@ -47,7 +52,7 @@ def _better(
         return None
     moments, criteria = search.moments, search.criteria
     terms = [term for _, both in effects for term in both]
-    other = generic_score(moments.without(*terms), search.hypotheses.generic(axis))
+    other = generic_score(moments.without(*terms), unnamed)
     choices = sum(log(score.hypothesis.choices) for score, _ in effects)
     gain = together(moments, terms) + max(beside.gain, 0.0) - choices
     whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from flexhex.diagnosis.runs.noise import Noise, calmed, measured, settled, whiten
+from flexhex.diagnosis.runs.noise import Noise, calmed, measured, settled, whitening
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 
@@ -169,7 +169,7 @@ def _fitted(
         good = settled(kept)
         for i in range(n):
             both = np.column_stack([C[:, i], y[:, i]])
-            white = whiten(both, noise.a[i], float(noise.scale[i]))[good]
+            white = whitening(noise.a[i], float(noise.scale[i]), good) @ both
             white = calmed(white, noise.slow[i]) * moving[good, i, None]
             S[j] += white[:, :k].T @ white[:, :k]
             r[j] += white[:, :k].T @ white[:, k]

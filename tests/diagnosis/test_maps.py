@@ -7,10 +7,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from scipy.signal import welch
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
-from flexhex.diagnosis.result.maps import BINS, FINEST, maps
+from flexhex.diagnosis.result.maps import BINS, FINEST, SEGMENT, density, maps
 from flexhex.diagnosis.result.pictured import Map
 from tests.diagnosis.single import SECONDS, TS, moved, write
 
@@ -53,3 +54,9 @@ def test_few_rows_make_no_finer_bins(tmp_path: Path) -> None:
     paths = [write(tmp_path / f"{n}.csv", 3, n, 0.1, seconds=4.0) for n in (1, 2)]
     drawn = left(paths)
     assert BINS / 2 < len(drawn["angle"].centre) <= BINS
+
+
+def test_density_of_a_signal_is_that_of_scipy() -> None:
+    values = np.random.default_rng(1).normal(3.0, 1.0, 700).cumsum()
+    known = welch(values, 1 / 0.02, nperseg=SEGMENT)[1]
+    np.testing.assert_allclose(density(values, 0.02), known, rtol=1e-9)  # of rounding
