@@ -109,12 +109,14 @@ def _spectrum(
     """Amplitude density [N m / sqrt(Hz)] of what repeats."""
     model = fit.bench.model
     spacing = float(np.median(np.diff(model.blocks[0].at)))
-    sides, f = [], np.fft.rfftfreq(SEGMENT, spacing)
+    sides = list[Array]()
+    f = np.asarray(np.fft.rfftfreq(SEGMENT, spacing), dtype=np.float64)
     for side in (before, after):
         long = [v[:, axis] for _, v in side if len(v) >= SEGMENT]
         if not long:
             return Map(axis + 1, "frequency", "Hz", *(np.zeros(0),) * 4)
-        sides.append(np.sqrt(np.mean([density(v, spacing) for v in long], axis=0)))
+        squares = np.array([density(v, spacing) for v in long])
+        sides.append(np.asarray(np.sqrt(squares.mean(axis=0)), dtype=np.float64))
     return Map(axis + 1, "frequency", "Hz", f[1:], sides[0][1:], sides[1][1:], 0 * f[1:])
 
 
