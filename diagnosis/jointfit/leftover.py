@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import Block
-from flexhex.diagnosis.runs.noise import pairs, whiten
+from flexhex.diagnosis.runs.noise import pairs, whitening
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def repeat_rms(model: Calibrated, residual: Sequence[Array]) -> tuple[Array, Arr
         total += np.sum(residual[a] * residual[b], axis=0, where=good)
         for i in range(n):
             noise = model.noise.a[i], float(model.noise.scale[i])
-            white = [whiten(residual[k][:, i : i + 1], *noise)[good[:, i], 0] for k in (a, b)]
+            white = [whitening(*noise, good[:, i]) @ residual[k][:, i] for k in (a, b)]
             certain[i] += float(white[0] @ white[1])
     rows[rows == 0] = np.nan
     return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.regression.design import Design, Stacked
@@ -20,7 +21,7 @@ from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.blocks import Block, Run, torque_rms
-from flexhex.diagnosis.runs.noise import Noise, alike, calmed, rings, settled, whiten
+from flexhex.diagnosis.runs.noise import Noise, alike, calmed, rings, settled, whitening
 
 Array = NDArray[np.float64]
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
@@ -213,13 +214,18 @@ class Calibrated:
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
         rests."""
-        a, scale = self.noise.a[axis], float(self.noise.scale[axis])
-        slow = self.noise.slow[axis]
+        slow, weights = self.noise.slow[axis], self._whitening[axis]
         parts = [
-            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow, moving[:, axis])
-            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
+            calmed(own @ v.reshape(len(v), -1), slow, moving[:, axis])
+            for v, own, moving in zip(values, weights, self.moving, strict=True)
         ]
         return np.concatenate(parts)
+
+    @cached_property
+    def _whitening(self) -> list[list[csr_array]]:
+        """See `whitening`, of each axis and block."""
+        pairs = zip(self.noise.a, self.noise.scale.tolist(), strict=True)
+        return [[whitening(a, scale, kept) for kept in self.kept] for a, scale in pairs]
 
     def residual(self, q: Array) -> list[Array]:
         """Torque that a fit q does not explain, (m, n) [N m] of each block."""

@@ -25,12 +25,11 @@ def doubt(design: Design, residual: Sequence[Array], cluster: NDArray[np.int64])
     each row (R,)."""
     rows = np.arange(len(cluster))
     scores, squares = np.zeros((int(cluster.max()) + 1, design.width)), np.zeros(design.width)
-    for i, left in enumerate(residual):
-        places = design.places(i)
-        columns = design.at(i, places)
+    for pieces, left in zip(design.pieces, residual, strict=True):
         by_cluster = csr_array((left, (cluster, rows)), shape=(len(scores), len(rows)))
-        scores[:, places] += by_cluster @ columns
-        squares[places] += (columns**2).sum(axis=0)
+        for places, columns in pieces:
+            scores[:, places] += by_cluster @ columns
+            squares[places] += np.einsum("ij,ij->j", columns, columns)
     varied = (scores**2).sum(axis=0)
     ratio = np.divide(varied, squares, where=squares > 0, out=np.ones(design.width))
     return np.asarray(np.maximum(ratio, 1.0))

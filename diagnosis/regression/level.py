@@ -24,7 +24,9 @@ def freely(regression: Regression, count: int) -> tuple[Regression, float]:
     square, 1 or more."""
     known, freer, square = regression.prior[:count] / regression.doubt[:count], regression, 1.0
     for _ in range(FITS):
-        square = off(freer, known)
+        before, square = square, off(freer, known)
+        if square == before:
+            break
         freer = regression.loosened({k: v / square for k, v in enumerate(known.tolist()) if v > 0})
     return freer, square
 

@@ -11,6 +11,7 @@ from flexhex.diagnosis.selection.evidence import evidence_of, together
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.scores import Score, generic_score
 from flexhex.diagnosis.selection.search import Search
+from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
 
 @dataclass(frozen=True)
@@ -26,45 +27,53 @@ class Imitated:
 def imitated(search: Search, axis: int) -> Imitated:
     """Whether effects of an axis only imitate something without a name: all together, or those
     alone that go with the angle."""
-    beside = generic_score(search.moments, search.hypotheses.generic(axis))
+    unnamed = search.hypotheses.generic(axis)
+    beside = generic_score(search.moments, unnamed)
     own, with_angle = search.own(axis), search.hypotheses.with_angle
     every = tuple(range(len(own)))
     placed = tuple(k for k in every if with_angle(own[k][0].hypothesis.id))
     for places in (every, placed):
-        instead = _better(search, axis, [own[k] for k in places], beside)
+        instead = _better(search, unnamed, [own[k] for k in places], beside)
         if instead is not None:
             return Imitated(beside, instead, places)
     return Imitated(beside)
 
 
 def _better(
-    search: Search, axis: int, effects: Sequence[tuple[Score, Sequence[Term]]], beside: Score
+    search: Search,
+    unnamed: Sequence[NamelessHypothesis],
+    effects: Sequence[tuple[Score, Sequence[Term]]],
+    beside: Score,
 ) -> Score | None:
     """Something without a name in the place of these effects, if it predicts better than they do
     with the errors of their form and with something without a name beside them. All runs together
     must say so, too: what learns little from other trajectories has more to gain from one."""
     if not effects:
         return None
-    other, margins = _margins(search, axis, effects, beside)
+    other, margins = _margins(search, unnamed, effects, beside)
     return None if any(as_good(m, 0.0, 0.0, search.criteria) for m in margins) else other
 
 
 def surely_beside(search: Search, axis: int, place: int, beside: Score) -> bool:
     """Whether the effect at a place of an axis predicts more than chance with something without a
     name beside it, too: what only imitates that does not."""
-    _, margins = _margins(search, axis, [search.own(axis)[place]], beside)
+    unnamed, own = search.hypotheses.generic(axis), search.own(axis)[place]
+    _, margins = _margins(search, unnamed, [own], beside)
     return min(margins) > search.bars.first
 
 
 def _margins(
-    search: Search, axis: int, effects: Sequence[tuple[Score, Sequence[Term]]], beside: Score
+    search: Search,
+    unnamed: Sequence[NamelessHypothesis],
+    effects: Sequence[tuple[Score, Sequence[Term]]],
+    beside: Score,
 ) -> tuple[Score, tuple[float, float]]:
     """Something without a name in the place of these effects, and what they gain with something
     without a name beside them more than that: on left-out folds, and of all runs together [nats].
     """
     moments = search.moments
     terms = [term for _, both in effects for term in both]
-    other = generic_score(moments.without(*terms), search.hypotheses.generic(axis))
+    other = generic_score(moments.without(*terms), unnamed)
     choices = sum(log(score.hypothesis.choices) for score, _ in effects)
     gain = together(moments, terms) + max(beside.gain, 0.0) - choices
     whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from flexhex.diagnosis.runs.noise import Noise, calmed, measured, whiten
+from flexhex.diagnosis.runs.noise import Noise, calmed, measured, whitening
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 
@@ -174,7 +174,7 @@ def _fitted(
     for j, (C, rest, y, (kept, moving)) in enumerate(runs):
         for i in range(n):
             both = np.column_stack([C[:, i], rest[:, i], y[:, i]])
-            white = whiten(both, noise.a[i], float(noise.scale[i]))[kept]
+            white = whitening(noise.a[i], float(noise.scale[i]), kept) @ both
             white = calmed(white, noise.slow[i], moving[:, i])
             S[j] += white[:, :k].T @ white[:, :k]
             r[j] += white[:, :k].T @ white[:, k]

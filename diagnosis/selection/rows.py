@@ -149,11 +149,10 @@ class Rows:
     def level(self, axis: int, values: Array) -> Array:
         """Values (R,) of an axis without a straight line through each run, as offsets wander from
         run to run, where it moves; zero elsewhere."""
-        levelled, moving = np.zeros_like(values), self.moving[axis]
+        levelled = values * self.moving[axis]
         for run in self.runs:
-            good, own = moving[run], values[run][moving[run]]
-            base = line(good)
-            levelled[run][good] = own - base @ (base.T @ own)
+            base = line(self.moving[axis][run])
+            levelled[run] -= base @ (base.T @ values[run])
         return levelled
 
     def raw(self, values: Sequence[Array]) -> Array:
