@@ -21,6 +21,7 @@ from flexhex.diagnosis.drives.path import Driven, PathBase, driven
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.result.verdict import NORMAL
 from flexhex.diagnosis.runs.blocks import Block, Run, blocks
 
 Array = NDArray[np.float64]
@@ -140,7 +141,7 @@ def lag_or_delay(
     share = np.array([1.0 + t.off * t.spread for t in lag])
     weight = spread**-2.0
     mean = float(weight @ share / weight.sum())
-    reach = float(1.96 * weight.sum() ** -0.5)
+    reach = float(NORMAL * weight.sum() ** -0.5)
     text = (
         f"high-frequency attenuation is {mean:.2f} ± {reach:.2f} of that of a first-order lag (1 is"
         " a lag, 0 a pure delay)"

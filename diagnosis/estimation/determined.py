@@ -14,8 +14,7 @@ from flexhex.diagnosis.estimation.machine_values import announced, never_negativ
 from flexhex.diagnosis.estimation.records import Parameter
 from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.regression.gram import safe_inverse
-from flexhex.diagnosis.result.changed import NORMAL
-from flexhex.diagnosis.result.verdict import Estimate
+from flexhex.diagnosis.result.verdict import NORMAL, Estimate
 
 Array = NDArray[np.float64]
 NARROWER, WIDER = 0.5, 10.0

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.jointfit.leftover import axis_rms
-from flexhex.diagnosis.result.verdict import LARGE
+from flexhex.diagnosis.result.verdict import LARGE, NORMAL
 from flexhex.diagnosis.runs.blocks import Run
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def with_payload(base: Base, runs: Sequence[Run], estimated: Estimated) -> tuple
         return estimated, ""
     names = ", ".join(Path(name).name for name in heavier)
     verb = "carries" if len(heavier) == 1 else "carry"
-    size = f"{value:.3g} ± {1.96 * deviation:.2g} {again.known[mass].unit}"
+    size = f"{value:.3g} ± {NORMAL * deviation:.2g} {again.known[mass].unit}"
     return again, (
         f"{names}: {verb} {size} more than the other runs, which no head announces:"
         " fitted as `payload`; write it into the heads of these logs, or leave them out"

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.regression.payloads import Load
-from flexhex.diagnosis.result.verdict import Changed, Estimate
+from flexhex.diagnosis.result.verdict import NORMAL, Changed, Estimate
 
 Array = NDArray[np.float64]
-NORMAL = 1.96
-"""Standard deviations of a 95 % interval."""
 LENGTHS = 0.003
 """Relative error of a machine's lengths, and so of a mass that its torques tell: one standard
 deviation."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexhex.diagnosis.jointfit.answer import Joint, shares, torque_of
 from flexhex.diagnosis.jointfit.effects import Part
-from flexhex.diagnosis.result.verdict import Estimate, Named
+from flexhex.diagnosis.result.verdict import NORMAL, Estimate, Named
 from flexhex.fmus.common.effects import Effect, library
 
 
@@ -117,7 +117,7 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
 
 def _estimate(value: float, std: float, unit: str, positive: bool) -> Estimate:
     """positive: it cannot lie below zero; where nothing is known of it the interval has no ends."""
-    low, high = value - 1.96 * std, value + 1.96 * std
+    low, high = value - NORMAL * std, value + NORMAL * std
     return Estimate(value, (max(low, 0.0) if positive and np.isfinite(std) else low, high), unit)
 
 

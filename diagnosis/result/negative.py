@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.kinds import Kind, kinds_of
-from flexhex.diagnosis.result.changed import NORMAL
+from flexhex.diagnosis.result.verdict import NORMAL
 from flexhex.diagnosis.runs.blocks import Block
 
 Array = NDArray[np.float64]

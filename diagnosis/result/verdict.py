@@ -14,6 +14,8 @@ from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 
 Array = NDArray[np.float64]
+NORMAL = 1.96
+"""Standard deviations to either end of a 95 % interval."""
 MEND = "mend the log"
 """What is to be done before anything can be told."""
 UNCONFIRMED = "but one trajectory cannot show it: record another one"

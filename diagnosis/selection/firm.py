@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
+from flexhex.diagnosis.result.verdict import NORMAL
 from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
@@ -20,8 +21,6 @@ from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
-INTERVAL = 1.96
-"""Deviations to either end of an interval that holds 95 %."""
 
 
 def firm(
@@ -50,7 +49,7 @@ def firm(
         ]
         if max((size for size, _ in below), default=0.0) > 0:
             worst = max(range(len(order)), key=lambda k: below[k][0])
-            surely = below[worst][0] > INTERVAL
+            surely = below[worst][0] > NORMAL
             kept = _held(kept, order[worst], below[worst][1], simpler, surely)
         elif min(fit.sure, default=np.inf) < criteria.deviations:
             kept.remove(order[int(np.argmin(fit.sure))])
