@@ -66,8 +66,8 @@ def test_friction_without_more_of_it_at_rest_has_the_simpler_name(tmp_path: Path
     hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
     folds = len(hypotheses.rows.folds)
     scores = [
-        Score(hypotheses.effect(name, 0), 100.0, np.zeros(folds), 0.05)
-        for name in ("stribeck_friction", "coulomb_friction")
+        Score(hypotheses.effect(name, 0), 100.0, np.zeros(folds), 0.05, shape)
+        for name, shape in (("stribeck_friction", 3), ("coulomb_friction", 0))
     ]
     stribeck = Accepted(scores[0], (scores[1],), 1)
     alone = joint(selection.bench, grouped(selection.bench, [stribeck]))

@@ -42,7 +42,7 @@ Torque = Callable[[Array, Array, Array], Array]
 def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
     model: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
-    alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y)),), Design.of([B])
+    alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y), dtype=bool),), Design.of([B])
     firm, torque = np.zeros((len(prior), len(prior))), np.array([2.0])
     return Rows(
         model,

@@ -72,6 +72,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "1 N m": "default of a monitor",
         "2 N m": "default of a monitor",
         "1 s": "time constant of a monitor",
+        "3 s": "time after which an FMU hangs",
     },
     "docs/gateway-figures.md": {
         "10 s": "length of the runs",
