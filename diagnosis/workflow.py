@@ -231,7 +231,10 @@ def _verdict(
         notes.append("no trajectory was run twice, so noise cannot be set apart: run each again")
         return "changed" if changed else "cannot tell"
     if any(side.remains for side in sides):
-        if all(coarse[axis] > 0.0 for side in sides for axis in side.remains):
+        # a rest that is many times what the angles' own error makes is none of it
+        least = coarse / CRITERIA.largest_rest
+        left = {rest.axis - 1: rest.rms for side in sides for rest in side.rests}
+        if all(left.get(a, 0.0) < least[a] for side in sides for a in side.remains):
             notes.append(
                 "it may be the error of the encoder, which repeats: finer angles would tell"
             )
