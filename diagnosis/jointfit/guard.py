@@ -33,7 +33,7 @@ def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:
     move."""
     left, torque = axis_rms(model.blocks, residual), np.concatenate(model.torque)
     judged = np.concatenate([block.judged for block in model.blocks])
-    mean = torque.mean(axis=0, where=judged)
+    mean = (torque * judged).sum(axis=0) / np.maximum(judged.sum(axis=0), 1)
     whole = axis_rms(model.blocks, [own - mean for own in model.torque])
     return [int(i) for i in np.flatnonzero(left > POOR * whole)]
 
