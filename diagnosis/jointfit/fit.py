@@ -203,20 +203,20 @@ def _even(model: Calibrated, left: Sequence[Array]) -> Noise:
 def beside(fit: Joint) -> Calibrated:
     """The base model fitted anew beside effects: what they took from it, they give back.
 
-    A hysteresis fitted to its own torque and that of a friction has the width of neither.
+    A hysteresis fitted to its own torque and that of a friction has the width of neither. Friction
+    that was not found, or not yet, looks like a delay here, too, and stands beside them.
     """
-    model = fit.bench.model
+    model, effects = fit.bench.model, list(fit.bench.effects.values())
     for _ in range(STEPS_BESIDE):
-        before = model.fitted
-        fitted = _moved(model, fit.q, STRIDE)
+        before, rubbed = model.fitted, with_friction(model)
+        fitted = _moved(rubbed, again(fit, Bench(rubbed, effects)).q, STRIDE)
+        rubbed.forget()
         model.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
         model = now.as_sure(model)
-        earlier = fit.bench
-        fit = again(fit, Bench(model, list(earlier.effects.values())))
-        earlier.forget()
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
+    fit = again(fit, Bench(model, effects))
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model

@@ -87,36 +87,31 @@ def rings(blocks: Sequence[Block]) -> list[list[int]]:
 
 def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     """Noise from residuals (m, n) [N m] of each block."""
-    neighbours = list(pairs(blocks))
-    if neighbours:
-        traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
-        masks = [blocks[a].judged & blocks[b].judged for a, b in neighbours]
-    else:
-        masks = [block.judged for block in blocks]
-        traces = _apart(residual, masks)
-    n = traces[0].shape[1]
+    n = residual[0].shape[1]
     white = INEXACT * np.maximum(torque_rms(blocks), np.finfo(float).tiny)
-    a, scale, rms, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
+    neighbours = list(pairs(blocks))
+    if not neighbours:
+        # what is slow may as well be the model's error, and what wanders from run to run, too
+        rms = _rms([block.judged for block in blocks], residual)
+        flat = np.hypot(rms, white)
+        return Noise(np.zeros((n, ORDER)), flat, rms, flat, False, np.ones((n, 2)))
+    traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
+    masks = [blocks[a].judged & blocks[b].judged for a, b in neighbours]
+    a, scale, slow = np.zeros((n, ORDER)), np.zeros(n), np.ones((n, 2))
     for i in range(n):
         own, judged = [trace[:, i] for trace in traces], [mask[:, i] for mask in masks]
         a[i], scale[i] = _regressed(own, judged, float(white[i]))
         slow[i] = _slow(own, judged, a[i], scale[i])
-        flat = np.concatenate([t[m] for t, m in zip(own, judged, strict=True)])
-        rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
-    return Noise(a, scale, rms, np.hypot(rms, white), bool(neighbours), slow)
+    rms = _rms(masks, traces)
+    return Noise(a, scale, rms, np.hypot(rms, white), True, slow)
 
 
-def _apart(residual: Sequence[Array], masks: Sequence[Mask]) -> list[Array]:
-    """Residuals (m, n) of runs without repeats as far as they are noise: a constant that they have
-    in common is none, which one run alone does not show. masks (m, n)."""
-    if len(residual) < 2:
-        return list(residual)
-    counts = [mask.sum(axis=0) for mask in masks]
-    sums = [(r * mask).sum(axis=0) for r, mask in zip(residual, masks, strict=True)]
-    # of a run in which an axis rests all the time nothing is known
-    means = [total / np.maximum(n, 1) for total, n in zip(sums, counts, strict=True)]
-    known = np.sum([n > 0 for n in counts], axis=0)
-    return [r - np.sum(means, axis=0) / np.maximum(known, 1) for r in residual]
+def _rms(masks: Sequence[Mask], traces: Sequence[Array]) -> Array:
+    """RMS (n,) of traces where masks (m, n) are true; nan where they never are."""
+    good, values = np.concatenate(masks), np.concatenate(traces)
+    count = good.sum(axis=0)
+    square = (values**2 * good).sum(axis=0)
+    return np.sqrt(np.divide(square, count, where=count > 0, out=np.full(len(count), np.nan)))
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:

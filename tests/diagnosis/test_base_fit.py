@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import joint
+from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import TimeSeries, torque_at, torque_rms
-from flexhex.diagnosis.runs.noise import INEXACT, calmed, line, measured, unweighted
+from flexhex.diagnosis.runs.noise import INEXACT, Noise, calmed, line, measured, unweighted
 from flexhex.diagnosis.runs.rests import moving
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
@@ -72,6 +75,12 @@ def test_dry_friction_is_no_delay(late: int, tmp_path: Path) -> None:
     assert model.fitted.delay == pytest.approx(late * TS, abs=0.3 * TS)
 
 
+def test_friction_that_nobody_found_is_no_delay_beside_what_was(tmp_path: Path) -> None:
+    model = calibrated_of(tmp_path, lambda q, v, a: RMS * (0.2 * np.tanh(v / 0.01) + 0.2 * v))
+    again = beside(joint(Bench(model, []), []))
+    assert again.fitted.delay == pytest.approx(0.0, abs=0.3 * TS)
+
+
 def test_machine_file_is_compared_once_the_clocks_are_brought_together(tmp_path: Path) -> None:
     """The file of a plain axis says that nothing is known: all torque is left, as late as it is."""
     model = calibrated_of(tmp_path, nothing, 7)
@@ -82,14 +91,22 @@ def test_machine_file_is_compared_once_the_clocks_are_brought_together(tmp_path:
         np.testing.assert_allclose(left, torque, atol=1e-9)
 
 
+def bare(residual: list[Array], repeats: bool) -> Noise:
+    """Noise of residuals (m, 1) of runs with a torque of about 1 N m."""
+    rng, size = np.random.default_rng(5), len(residual[0])
+    signal = TimeSeries(0.0, 1e-3, rng.standard_normal((size, 1)), np.ones(size, bool))
+    names = ["a" if repeats else k for k in range(len(residual))]
+    runs = [SimpleNamespace(trajectory=k, tau=signal, repeated=(k, 0)) for k in names]
+    judged = np.ones((size, 1), dtype=bool)
+    blocks: Any = [SimpleNamespace(run=run, judged=judged) for run in runs]
+    return measured(blocks, residual)
+
+
 def test_no_noise_is_quieter_than_the_model_is_good() -> None:
     """Slow noise of a thousandth: its whitening would trust what is fast a hundred times more."""
     rng = np.random.default_rng(5)
     slow = 1e-3 * np.cumsum(rng.standard_normal((2000, 1)), axis=0) / 40
-    signal = TimeSeries(0.0, 1e-3, rng.standard_normal((2000, 1)), np.ones(2000, bool))
-    run = SimpleNamespace(trajectory="a", tau=signal, repeated=False)
-    block: Any = SimpleNamespace(run=run, judged=np.ones((2000, 1), dtype=bool))
-    noise = measured([block], [slow])
+    noise = bare([slow, -slow], repeats=True)
     assert noise.scale[0] > INEXACT
     assert unweighted(noise, np.ones(1, dtype=bool)).scale[0] > INEXACT > noise.rms[0]
     assert abs(noise.a[0].sum()) < 0.3
@@ -107,19 +124,17 @@ def test_offsets_of_runs_are_noise_of_runs_alone(tmp_path: Path) -> None:
     assert sure["own"] < 0.3 * sure["none"]
 
 
-@pytest.mark.parametrize(("offsets", "slow"), [((0.5, 0.5), False), ((0.5, -0.5), True)])
-def test_what_runs_without_repeats_have_in_common_is_no_noise(
-    offsets: tuple[float, float], slow: bool
-) -> None:
-    """A constant torque of all runs is for the search to find; one of a run alone is its own."""
-    rng, size = np.random.default_rng(6), 2000
-    signal = TimeSeries(0.0, 1e-3, rng.standard_normal((size, 1)), np.ones(size, bool))
-    runs = [SimpleNamespace(trajectory=k, tau=signal, repeated=(k, 0)) for k in "ab"]
-    judged = np.ones((size, 1), dtype=bool)
-    blocks: Any = [SimpleNamespace(run=run, judged=judged) for run in runs]
-    noise = measured(blocks, [o + 0.05 * rng.standard_normal((size, 1)) for o in offsets])
-    assert not noise.repeats
-    assert (abs(noise.a[0].sum()) > 0.5) == slow
+@pytest.mark.parametrize("repeats", [False, True])
+def test_what_is_slow_is_noise_only_where_passes_show_it(repeats: bool) -> None:
+    """What wanders within a run and from run to run may be the model's error, if none repeats."""
+    rng = np.random.default_rng(6)
+    walks = [0.05 * np.cumsum(rng.standard_normal((2000, 1)), axis=0) for _ in range(4)]
+    noise = bare([w + offset for w, offset in zip(walks, (3, -3, 3, -3), strict=True)], repeats)
+    assert noise.repeats == repeats
+    assert bool(noise.white[0]) != repeats
+    if not repeats:
+        assert noise.scale[0] == pytest.approx(noise.rms[0], rel=1e-3)
+        assert (noise.slow == 1.0).all()
 
 
 def test_line_is_orthonormal_in_the_rows_that_are_good() -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.result.verdict import Diagnosis
-from flexhex.diagnosis.runs.noise import _apart
+from flexhex.diagnosis.runs.blocks import TimeSeries
+from flexhex.diagnosis.runs.noise import measured
 from flexhex.diagnosis.workflow import Options, diagnose
 
 Array = NDArray[np.float64]
@@ -74,9 +78,17 @@ def test_what_friction_holds_at_rest_is_no_residual(tmp_path: Path) -> None:
     assert abs(value.value - FRICTION) < 0.02 * FRICTION
 
 
-def test_run_in_which_an_axis_rests_all_the_time_says_nothing_of_its_constant() -> None:
-    """The others have a mean of two in common; a mean of no samples is no number."""
-    residual = [np.full((4, 1), value) for value in (1.0, 3.0, 7.0)]
-    moves = [np.full((4, 1), there) for there in (True, True, False)]
-    noise = _apart(residual, moves)
-    assert [float(own[0, 0]) for own in noise] == [-1.0, 1.0, 5.0]
+def test_run_in_which_an_axis_rests_all_the_time_says_nothing_of_its_noise() -> None:
+    """Nor does an axis that rests in all of them, of which no number is known."""
+    size = 4
+    signal = TimeSeries(0.0, 1e-3, np.tile([[1.0, 2.0]], (size, 1)), np.ones(size, bool))
+    there = [[True, False], [True, False], [False, False]]
+    blocks: Any = [
+        SimpleNamespace(
+            run=SimpleNamespace(repeated=k, tau=signal), judged=np.tile([moves], (size, 1))
+        )
+        for k, moves in enumerate(there)
+    ]
+    rms = measured(blocks, [np.full((size, 2), value) for value in (1.0, 3.0, 7.0)]).rms
+    assert rms[0] == pytest.approx(5**0.5)
+    assert np.isnan(rms[1])
