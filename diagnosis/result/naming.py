@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 
 import numpy as np
 
@@ -68,6 +68,18 @@ def usual_parts(fit: Joint) -> list[str]:
         rms = f"{size * torque[axis]:.2g} {fit.bench.scales.kinds[axis].unit('N m')}"
         title = known[part.id].title
         sentences.append(f"{title} on axis {axis + 1}, {rms}: in the fit, but no more than usual")
+    return sentences
+
+
+def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
+    """A sentence on each part of a fit, at these places, beside which too much is left for a name,
+    with its values: who expects it may want them."""
+    known, sentences = _known(fit), list[str]()
+    for k in sorted(places):
+        listed = _estimates(fit, k, 0.0).items()
+        values = ", ".join(f"{name} {own.value:.3g} {own.unit}" for name, own in listed)
+        what = f"{known[fit.parts[k].id].title} on axis {(fit.parts[k].axis or 0) + 1} ({values})"
+        sentences.append(f"{what}: in the fit, but what is left beside it is too large for a name")
     return sentences
 
 

@@ -10,7 +10,7 @@ from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
 from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
-from flexhex.diagnosis.result.naming import named_of, usual_parts
+from flexhex.diagnosis.result.naming import named_of, unnamed_parts, usual_parts
 from flexhex.diagnosis.result.pictured import Candidate
 from flexhex.diagnosis.result.verdict import (
     REFUTED,
@@ -120,7 +120,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
-    notes += usual_parts(fit)
+    notes += [*usual_parts(fit), *unnamed_parts(fit, without_name(kept))]
     named = {a.score.hypothesis.axis for a in kept}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
     unnamed = () if minor and changed else remains
@@ -169,10 +169,6 @@ def _rests(
         elif small:
             # they stay in the fit, where the others would stand in for them
             kept = [replace(a, named=False) if a in small else a for a in kept]
-            names = ", ".join(dict.fromkeys(_placed(a.score) for a in small))
-            notes.append(
-                f"{names}: in the fit, but what is left beside them is too large for a name"
-            )
         # what has no name here has no part in what is explained
         share = left.size if form else left.whole
         size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
