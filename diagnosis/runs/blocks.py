@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.runs.linear import Linear
-from flexhex.diagnosis.runs.rests import moving
+from flexhex.diagnosis.runs.rests import moving, sticking
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.errors import LogError
 
@@ -175,8 +175,14 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
         at = _instants(base, passes, spacing, least)
         listed += [_block(base, run, at) for run in passes]
     usable = [block.usable for block in listed]
-    moves = moving([_smooth(block) for block in listed], usable, base.window, spacing)
-    return [replace(block, moves=own) for block, own in zip(listed, moves, strict=True)]
+    motions = [_smooth(block) for block in listed]
+    moves = moving(motions, usable, base.window, spacing)
+    paces = np.concatenate([pace[good] for (*_, pace), good in zip(motions, usable, strict=True)])
+    pace = np.sqrt((paces**2).mean(axis=0))
+    return [
+        replace(block, moves=own & ~(block.weights @ sticking(block.run.motion, pace) > 0))
+        for block, own in zip(listed, moves, strict=True)
+    ]
 
 
 def _smooth(block: Block) -> tuple[Array, Array, Array]:

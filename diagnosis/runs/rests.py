@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label, maximum_filter1d
 
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.reversals import REACH
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 SLOW = 0.05
@@ -17,7 +20,8 @@ TRAVEL = 0.01
 """Way, relative to the stroke, within which an axis that is slow rests; beyond it, it creeps on
 purpose."""
 TURN = 3.0
-"""Times that a reversal at the RMS acceleration takes, beyond which an axis that is slow rests."""
+"""Times that a reversal at the RMS acceleration takes, beyond which an axis that is slow, or whose
+angle does not change, rests."""
 
 
 def moving(
@@ -54,3 +58,21 @@ def moving(
                     still[rows, i] = False
         moving_rows.append(~maximum_filter1d(still, 2 * width + 1, axis=0))
     return moving_rows
+
+
+def sticking(motion: Motion, pace: Array) -> Mask:
+    """Samples (samples, n) in which an axis sticks: its angle shows no way back, as of a reversal,
+    for longer than a reversal takes at a pace (n,) of acceleration.
+
+    Feedback needs a while to bring the torque to the other side of dry friction. Smoothed rates do
+    not show it: the window is as long.
+    """
+    noise = np.zeros_like(pace) if motion.noise is None else motion.noise
+    stuck = np.zeros(motion.theta.shape, dtype=bool)
+    for i, angle in enumerate(motion.theta.T):
+        near = REACH * noise[i]
+        turn = TURN * 2 * np.sqrt(2 * near / max(pace[i], np.finfo(float).tiny))
+        width = 2 * max(int(np.ceil(turn / motion.ts / 2)), 1) + 1
+        still = maximum_filter1d(angle, width) + maximum_filter1d(-angle, width) <= near
+        stuck[:, i] = maximum_filter1d(still, width)
+    return stuck
