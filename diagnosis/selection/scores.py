@@ -100,11 +100,15 @@ class Score:
 
 
 def effect_score(
-    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+    moments: Moments,
+    hypotheses: Hypotheses,
+    effect: EffectHypothesis,
+    fits: Mapping[Left, Tried],
+    error: float,
 ) -> Score:
-    """An effect with its best shape, on left-out folds."""
+    """An effect with its best shape, on left-out folds; error: of its form, relative."""
     if hypotheses.searched(effect):
-        effect, fits = refined(moments, hypotheses, effect, fits)
+        effect, fits = refined(moments, hypotheses, effect, fits, error)
         if ended(moments, hypotheses, effect, fits):
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
     return _scored(moments, hypotheses, effect, fits)
