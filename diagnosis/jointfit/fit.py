@@ -34,8 +34,11 @@ MISLED = 1.25
 which the weights do harm."""
 FITS = 6
 """Fits until each axis has the weight of what is left there."""
-STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
-"""Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
+STEPS_BESIDE, STRIDE = 6, 0.4
+"""Beside effects: most steps, and the longest of a width, relative."""
+SETTLED = 0.02
+"""Change of widths and weights, relative, and of the delay, in tolerances, from which on a fit has
+settled."""
 
 
 def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
@@ -171,9 +174,9 @@ def _weighted(
 
 
 def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Array, float]:
-    """The base model and friction fitted from its values on, each axis with a weight of what is
-    left there, and the machine file's values as far off as it takes: coefficients; and by how much
-    that is, as of `freely`.
+    """The base model and friction fitted from its values on until it has settled, each axis with a
+    weight of what is left there, and the machine file's values as far off as it takes:
+    coefficients; and by how much that is, as of `freely`.
 
     Widths and delay are common to axes. One on which the model lacks much has no more say over them
     than it has for itself.
@@ -183,6 +186,10 @@ def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Arra
     for _ in range(FITS):
         values, left = _moved(model, free.q), model.residual(free.q)
         even = _even(replace(model, noise=noise), left)
+        weights = np.abs(np.log(even.scale / model.noise.scale)).max()
+        later = abs(values.delay - model.fitted.delay) / values.late
+        if max(weights, later, _wider(model.fitted, values)) < SETTLED:
+            break
         # the rows so far, before those with other weights
         model.forget()
         del free
@@ -215,17 +222,23 @@ def beside(fit: Joint) -> Calibrated:
         earlier = fit.bench
         fit = again(fit, Bench(model, list(earlier.effects.values())))
         earlier.forget()
-        if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
+        if _wider(before, fitted) < SETTLED:
             break
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
     left = fit.residual
     noise = measured(model.blocks, left)
-    # the rows so far, before those with the new noise
+    # the rows and columns so far, before those with the new noise
     model.forget()
+    fit.bench.forget()
     now = replace(model, noise=unweighted(noise, model.noise.white))
     return replace(now, noise=_even(now, left)).doubted(left)
+
+
+def _wider(before: Fitted, after: Fitted) -> float:
+    """The largest change of a width, relative."""
+    return float(np.abs(np.log(after.widths / before.widths)).max(initial=0.0))
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:

@@ -16,8 +16,7 @@ from flexhex.diagnosis.selection.survey import Step, beside, steps_of
 Array = NDArray[np.float64]
 HALVINGS, FLAT = 16, 0.05
 """Of the distance between shapes of a grid, at most; difference of evidence [nats] below which a
-step is no more than a third of a standard deviation of the shape, of which noise alone is the cause.
-"""
+step is no more than a third of a standard deviation of the shape, as far as that is of noise."""
 GOOD = 0.5
 """Part of the best evidence from which another peak of a grid may end higher."""
 
