@@ -187,6 +187,8 @@ def _settled(model: Calibrated, now: Found) -> Calibrated | None:
         anew = beside(joint)
         if _moved(model, anew, joint.geared):
             return anew
+        # its rows, before those beside the next fit
+        del anew
     return None
 
 
