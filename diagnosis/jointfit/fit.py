@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
-from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.jointfit.leftover import axis_rms
@@ -34,11 +33,9 @@ MISLED = 1.25
 which the weights do harm."""
 FITS = 6
 """Fits until each axis has the weight of what is left there."""
-STEPS_BESIDE, STRIDE = 6, 0.4
-"""Beside effects: most steps, and the longest of a width, relative."""
-SETTLED = 0.02
-"""Change of widths and weights, relative, and of the delay, in tolerances, from which on a fit has
-settled."""
+STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
+"""Beside effects: most steps, and the longest of a width, relative; change of widths and weights,
+relative, and of the delay, in tolerances, below which a fit has settled."""
 
 
 def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
@@ -175,20 +172,18 @@ def _weighted(
 
 def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Array, float]:
     """The base model and friction fitted from its values on until it has settled, each axis with a
-    weight of what is left there, and the machine file's values as far off as it takes:
-    coefficients; and by how much that is, as of `freely`.
-
-    Widths and delay are common to axes. One on which the model lacks much has no more say over them
-    than it has for itself.
+    weight of what is left there (one on which much is lacking has no more say over what axes share
+    than for itself), and the machine file's values as far off as it takes: coefficients; and by how
+    much that is, as of `freely`.
     """
     count, noise = len(model.base.linear), model.noise
     free, off = freely(model.regression, count)
     for _ in range(FITS):
         values, left = _moved(model, free.q), model.residual(free.q)
         even = _even(replace(model, noise=noise), left)
-        weights = np.abs(np.log(even.scale / model.noise.scale)).max()
         later = abs(values.delay - model.fitted.delay) / values.late
-        if max(weights, later, _wider(model.fitted, values)) < SETTLED:
+        heavier = np.abs(np.log(even.scale / model.noise.scale)).max()
+        if max(heavier, later, values.wider(model.fitted)) < SETTLED:
             break
         # the rows so far, before those with other weights
         model.forget()
@@ -214,15 +209,13 @@ def beside(fit: Joint) -> Calibrated:
     """
     model = fit.bench.model
     for _ in range(STEPS_BESIDE):
-        before = model.fitted
         fitted = _moved(model, fit.q, STRIDE)
         model.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
         model = now.as_sure(model)
-        earlier = fit.bench
-        fit = again(fit, Bench(model, list(earlier.effects.values())))
+        earlier, fit = fit.bench, again(fit, fit.bench.beside(model))
         earlier.forget()
-        if _wider(before, fitted) < SETTLED:
+        if fitted.wider(earlier.model.fitted) < SETTLED:
             break
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
@@ -234,11 +227,6 @@ def beside(fit: Joint) -> Calibrated:
     fit.bench.forget()
     now = replace(model, noise=unweighted(noise, model.noise.white))
     return replace(now, noise=_even(now, left)).doubted(left)
-
-
-def _wider(before: Fitted, after: Fitted) -> float:
-    """The largest change of a width, relative."""
-    return float(np.abs(np.log(after.widths / before.widths)).max(initial=0.0))
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
