@@ -183,11 +183,9 @@ def _mechanism(
 
 def _settled(model: Calibrated, now: Found) -> Calibrated | None:
     """The base model beside what was found, if that moved it."""
-    for joint in now.accepted:
-        anew = beside(joint)
-        if _moved(model, anew, joint.geared):
-            return anew
-    return None
+    fit = now.fit
+    anew = None if fit is None else beside(fit)
+    return anew if fit and anew and _moved(model, anew, fit.geared) else None
 
 
 def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool:

@@ -73,7 +73,8 @@ class Bench:
     def forget(self) -> None:
         """Let go of columns and of the signals that they are made of: they take more memory than
         all else, and are made again when asked for."""
-        for kept in (self._grids, self._errors, self._signals, self._kept, self._halves):
+        made = self._grids, self._errors, self._signals, self._kept, self._halves, self._torques
+        for kept in made:
             kept.clear()
 
     def names(self, axis: int | None) -> list[str]:

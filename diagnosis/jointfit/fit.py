@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
-from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.jointfit.leftover import axis_rms
@@ -35,7 +34,8 @@ which the weights do harm."""
 FITS = 6
 """Fits until each axis has the weight of what is left there."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
-"""Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
+"""Beside effects: most steps, and the longest of a width, relative; change of widths and weights,
+relative, and of the delay, in tolerances, below which a fit has settled."""
 
 
 def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
@@ -171,18 +171,20 @@ def _weighted(
 
 
 def _evenly(model: Calibrated, given: Sequence[Array]) -> tuple[Calibrated, Array, float]:
-    """The base model and friction fitted from its values on, each axis with a weight of what is
-    left there, and the machine file's values as far off as it takes: coefficients; and by how much
-    that is, as of `freely`.
-
-    Widths and delay are common to axes. One on which the model lacks much has no more say over them
-    than it has for itself.
+    """The base model and friction fitted from its values on until it has settled, each axis with a
+    weight of what is left there (one on which much is lacking has no more say over what axes share
+    than for itself), and the machine file's values as far off as it takes: coefficients; and by how
+    much that is, as of `freely`.
     """
     count, noise = len(model.base.linear), model.noise
     free, off = freely(model.regression, count)
     for _ in range(FITS):
         values, left = _moved(model, free.q), model.residual(free.q)
         even = _even(replace(model, noise=noise), left)
+        later = abs(values.delay - model.fitted.delay) / values.late
+        heavier = np.abs(np.log(even.scale / model.noise.scale)).max()
+        if max(heavier, later, values.wider(model.fitted)) < SETTLED:
+            break
         # the rows so far, before those with other weights
         model.forget()
         del free
@@ -206,24 +208,24 @@ def beside(fit: Joint) -> Calibrated:
     A hysteresis fitted to its own torque and that of a friction has the width of neither. Friction
     that was not found, or not yet, looks like a delay here, too, and stands beside them.
     """
-    model, effects = fit.bench.model, list(fit.bench.effects.values())
+    model = fit.bench.model
     for _ in range(STEPS_BESIDE):
-        before, rubbed = model.fitted, with_friction(model)
-        fitted = _moved(rubbed, again(fit, Bench(rubbed, effects)).q, STRIDE)
-        rubbed.forget()
-        model.forget()
+        there = fit.bench.beside(with_friction(model))
+        fitted = _moved(there.model, again(fit, there).q, STRIDE)
+        for rows in (there, there.model, model):
+            rows.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
-        model = now.as_sure(model)
-        if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
+        before, model = model.fitted, now.as_sure(model)
+        if fitted.wider(before) < SETTLED:
             break
-    fit = again(fit, Bench(model, effects))
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
-    left = fit.residual
+    left = again(fit, fit.bench.beside(model)).residual
     noise = measured(model.blocks, left)
-    # the rows so far, before those with the new noise
+    # the rows and columns so far, before those with the new noise
     model.forget()
+    fit.bench.forget()
     now = replace(model, noise=unweighted(noise, model.noise.white))
     return replace(now, noise=_even(now, left)).doubted(left)
 

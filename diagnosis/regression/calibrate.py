@@ -45,6 +45,10 @@ class Fitted:
     loads: Mapping[str, Array] = field(default_factory=dict)
     expected: float = 0.0
 
+    def wider(self, before: Fitted) -> float:
+        """The largest change of a width since other values, relative."""
+        return float(np.abs(np.log(self.widths / before.widths)).max(initial=0.0))
+
 
 @dataclass(frozen=True)
 class Calibrated:

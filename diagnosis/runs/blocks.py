@@ -124,6 +124,11 @@ class Block:
         return np.asarray((self.weights @ flat).reshape(-1, *raw.shape[1:]))
 
     @cached_property
+    def angles(self) -> Array:
+        """Smoothed angles (m, n)."""
+        return self.smooth(self.run.motion.theta)
+
+    @cached_property
     def seen(self) -> NDArray[np.int64]:
         """Samples that lie in any window, in their order."""
         return np.unique(self.weights.indices[self.weights.data > 0])
@@ -188,7 +193,7 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
 def _smooth(block: Block) -> tuple[Array, Array, Array]:
     """Angles, rates and accelerations (m, n)."""
     motion = block.run.motion
-    return block.smooth(motion.theta), block.smooth(motion.thetad), block.smooth(motion.thetadd)
+    return block.angles, block.smooth(motion.thetad), block.smooth(motion.thetadd)
 
 
 def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:

@@ -71,7 +71,7 @@ def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
 
 def alike(a: Block, b: Block) -> bool:
     """Whether two passes moved alike, so that products between them leave the noise out."""
-    first, second = (block.smooth(block.run.motion.theta) for block in (a, b))
+    first, second = a.angles, b.angles
     both = a.usable & b.usable
     apart, size = (first - second)[both], first[both] - first[both].mean(axis=0)
     return bool((apart**2).mean() < ALIKE**2 * (size**2).mean())

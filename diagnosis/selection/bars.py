@@ -80,7 +80,7 @@ def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
 def form_error(score: Score, criteria: Criteria) -> float:
     """Relative error of a hypothesis' functional form."""
     exact = isinstance(score.hypothesis, EffectHypothesis) and score.hypothesis.exact
-    return criteria.exact_form_error if exact else criteria.form_error
+    return criteria.error_of(exact)
 
 
 def blurred(score: Score, bars: Bars) -> float:

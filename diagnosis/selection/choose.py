@@ -99,7 +99,8 @@ def effect_scores(
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
-                scores.append(effect_score(moments, hypotheses, effect, fits))
+                error = criteria.error_of(effect.exact)
+                scores.append(effect_score(moments, hypotheses, effect, fits, error))
     return scores
 
 

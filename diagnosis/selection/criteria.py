@@ -40,5 +40,9 @@ class Criteria:
     most: int = 8
     predicted: float = 0.5
 
+    def error_of(self, exact: bool) -> float:
+        """Relative error of a functional form that is exact or is not."""
+        return self.exact_form_error if exact else self.form_error
+
 
 USUAL = Criteria()

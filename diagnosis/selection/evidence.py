@@ -49,10 +49,13 @@ class Tried:
         return Tried(self.evidence[one], self.gains[one], self.odd[one])
 
 
-def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
-    """An effect beside a model: fitted to all folds, and to all but each. A shape whose gains of
-    all folds no machine can have has no evidence: something else looks like it."""
-    products, lefts = effect.beside(moments), [None, *moments.rows.folds]
+def tried(
+    moments: Moments, effect: EffectHypothesis, some: Sequence[Left] = ()
+) -> dict[Left, Tried]:
+    """An effect beside a model: fitted to all folds, and to all but each, or to `some` of these. A
+    shape whose gains of all folds no machine can have has no evidence: something else looks like
+    it."""
+    products, lefts = effect.beside(moments), some or [None, *moments.rows.folds]
     prior = free(moments, effect, products)
     fits = dict(zip(lefts, _fitted(moments, lefts, effect, products, prior), strict=True))
     for fit in fits.values():

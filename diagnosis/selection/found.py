@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -48,14 +48,13 @@ class Found:
         return side_of(self.selection, self.others, self.criteria)
 
     @property
-    def accepted(self) -> Iterator[Joint]:
-        """Fits beside what the search accepted first, and beside all that it accepted, whether it
-        is named or not."""
+    def fit(self) -> Joint | None:
+        """Beside all effects that the search accepted, whether they are named or not; none without
+        any."""
         effects = self.selection.effects
         # which parameters are free beside them is decided with the names
         freed = self.side.fit.freed if self.selection.moved_places else {}
-        for some in (effects[:1], effects)[: len(effects)]:
-            yield joint(self.bench, grouped(self.bench, some), freed)
+        return joint(self.bench, grouped(self.bench, effects), freed) if effects else None
 
 
 def found(

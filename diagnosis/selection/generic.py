@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -39,16 +40,18 @@ TIMES, LONGEST = 8, 2.0
 @dataclass(frozen=True, eq=False)
 class Generic:
     """Columns raw, white (R, k) of an axis, of unit RMS torque for coefficients of one; ways: how
-    the coefficients go together, each (k, k'): one evidence each."""
+    the coefficients go together, each (k, k'): one evidence each; place: where its columns stand
+    among those of all together."""
 
     argument: str
     raw: Array
     white: Array
     ways: tuple[Array, ...]
+    place: slice
 
 
 def generic(rows: Rows, axis: int) -> list[Generic]:
-    """All that an axis may have without a name."""
+    """All that an axis may have without a name, the last one all of it together."""
     arguments = _arguments(rows, axis)
     unit = float(rows.torque_rms[axis])
     smooth, one = tuple(_together(length) for length in LENGTHS), (np.eye(WAVES),)
@@ -63,14 +66,15 @@ def generic(rows: Rows, axis: int) -> list[Generic]:
     listed.append(("present motion", _waves(list(arguments.values())), one))
     memory = _memory(rows, axis)
     listed.append(("past motion", memory, (np.eye(memory[0].shape[1]),)))
-    whole = [np.hstack(own) for own in zip(*(values for _, values, _ in listed), strict=True)]
-    middle = [ways[len(ways) // 2] for _, _, ways in listed]
-    listed.append(("present and past motion", whole, (block_diag(*middle),)))
-    return [
-        Generic(name, rows.raw(own), rows.white(axis, own), ways)
-        for name, values, ways in listed
-        for own in ([unit * v for v in values],)
+    whole = [unit * np.hstack(own) for own in zip(*(v for _, v, _ in listed), strict=True)]
+    raw, white = rows.raw(whole), rows.white(axis, whole)
+    ends = np.cumsum([0, *(values[0].shape[1] for _, values, _ in listed)]).tolist()
+    middle = block_diag(*(ways[len(ways) // 2] for _, _, ways in listed))
+    kinds = [
+        (name, ways, slice(*of)) for (name, _, ways), of in zip(listed, pairwise(ends), strict=True)
     ]
+    kinds.append(("present and past motion", (middle,), slice(0, ends[-1])))
+    return [Generic(name, raw[:, p], white[:, p], ways, p) for name, ways, p in kinds]
 
 
 def hats(rows: Rows, axis: int, names: Sequence[str], places: int) -> list[Array]:

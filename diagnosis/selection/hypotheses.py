@@ -234,7 +234,9 @@ class Hypotheses:
 
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
         """What an axis may have without a name."""
-        return [
-            nameless(axis, f.argument, ColumnsByAxis({axis: f.raw}, {axis: f.white}), f.ways)
-            for f in generic(self.rows, axis)
-        ]
+        listed, within = list[NamelessHypothesis](), None
+        for f in reversed(generic(self.rows, axis)):
+            columns = ColumnsByAxis({axis: f.raw}, {axis: f.white})
+            listed.append(nameless(axis, f.argument, columns, f.ways, within, f.place))
+            within = listed[0].columns
+        return listed[::-1]

@@ -16,20 +16,26 @@ from flexhex.diagnosis.selection.survey import Step, beside, steps_of
 Array = NDArray[np.float64]
 HALVINGS, FLAT = 16, 0.05
 """Of the distance between shapes of a grid, at most; difference of evidence [nats] below which a
-step is no more than a third of a standard deviation of the shape."""
+step is no more than a third of a standard deviation of the shape, as far as that is of noise."""
 GOOD = 0.5
 """Part of the best evidence from which another peak of a grid may end higher."""
 
 
 def refined(
-    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+    moments: Moments,
+    hypotheses: Hypotheses,
+    effect: EffectHypothesis,
+    fits: Mapping[Left, Tried],
+    error: float,
 ) -> tuple[EffectHypothesis, dict[Left, Tried]]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
     each peak of the grid, half the distance to its neighbours each time, until that changes next to
-    nothing."""
-    starts = [effect.shapes[k] for k in peaks(effect.shapes, fits[None].evidence)]
-    ends = [_uphill(moments, hypotheses, effect, start) for start in starts]
-    return max(ends, key=lambda end: float(end[1][None].evidence[0]))
+    nothing: beside chance, and beside a relative error of the form as large as thought."""
+    evidence = fits[None].evidence
+    starts = [(effect.shapes[k], float(evidence[k])) for k in peaks(effect.shapes, evidence)]
+    ends = [_uphill(moments, hypotheses, effect, start, error) for start in starts]
+    best, _ = max(ends, key=lambda end: end[1])
+    return best, tried(moments, best)
 
 
 def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
@@ -49,28 +55,30 @@ def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
 
 
 def _uphill(
-    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, start: Mapping[str, float]
-) -> tuple[EffectHypothesis, dict[Left, Tried]]:
-    best = hypotheses.shaped(effect, start)
-    fits = tried(moments, best)
+    moments: Moments,
+    hypotheses: Hypotheses,
+    effect: EffectHypothesis,
+    start: tuple[Mapping[str, float], float],
+    error: float,
+) -> tuple[EffectHypothesis, float]:
+    """A shape and its evidence, from those of a start on."""
+    (now, evidence), searched = start, hypotheses.searched(effect)
     for level in range(1, HALVINGS + 1):
         steep = False
-        for shape in hypotheses.searched(effect):
-            now, name = best.shapes[0], shape.name
-            below, above = _way(effect, start, name)
+        for shape in searched:
+            name, flat = shape.name, FLAT * (1 + error**2 * max(evidence, 0.0))
+            below, above = _way(effect, start[0], name)
             values = np.array([now[name] - below / 2**level, now[name] + above / 2**level])
             beside = [{**now, name: v} for v in np.clip(values, shape.low, shape.high).tolist()]
             # both in one go, which reads the base model's columns once
-            trials = tried(moments, hypotheses.shaped(effect, *beside))
-            rise = trials[None].evidence - fits[None].evidence[0]
-            steep |= bool((np.abs(rise) > FLAT).any())
-            higher = int(np.argmax(rise))
-            if rise[higher] > 0:
-                best = hypotheses.shaped(effect, beside[higher])
-                fits = {left: trial.of(higher) for left, trial in trials.items()}
+            listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
+            steep |= bool((np.abs(listed - evidence) > flat).any())
+            higher = int(np.argmax(listed))
+            if listed[higher] > evidence:
+                now, evidence = beside[higher], float(listed[higher])
         if not steep:
             break
-    return best, fits
+    return hypotheses.shaped(effect, now), evidence
 
 
 def ended(

@@ -133,7 +133,7 @@ class Rows:
     @cached_property
     def angles(self) -> Array:
         """Smoothed angles (R, n)."""
-        return self.raw([b.smooth(b.run.motion.theta) for b in self.model.blocks])
+        return self.raw([b.angles for b in self.model.blocks])
 
     @cached_property
     def rates(self) -> Array:

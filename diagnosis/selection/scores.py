@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
+from flexhex.diagnosis.selection.solved import Solved
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
 Array = NDArray[np.float64]
@@ -100,11 +101,15 @@ class Score:
 
 
 def effect_score(
-    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+    moments: Moments,
+    hypotheses: Hypotheses,
+    effect: EffectHypothesis,
+    fits: Mapping[Left, Tried],
+    error: float,
 ) -> Score:
-    """An effect with its best shape, on left-out folds."""
+    """An effect with its best shape, on left-out folds; error: of its form, relative."""
     if hypotheses.searched(effect):
-        effect, fits = refined(moments, hypotheses, effect, fits)
+        effect, fits = refined(moments, hypotheses, effect, fits, error)
         if ended(moments, hypotheses, effect, fits):
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
     return _scored(moments, hypotheses, effect, fits)
@@ -204,20 +209,29 @@ def generic_score(
     """Something without a name, of any of these kinds and sizes, on left-out folds."""
     rows, total = moments.rows, dict[Left, float]()
     best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
-    beside = [kind.columns.beside(moments) for kind in listed]
+    products = {kind.within: kind.within.beside(moments) for kind in listed}
     for left in [None, *rows.folds]:
-        evidence = list[float]()
-        for kind, products in zip(listed, beside, strict=True):
-            fit, (cross, right, own) = moments.fit(left), products.without(left)
-            moved = fit.solve(cross)
-            S, r = own[0] - cross.T @ moved, right - cross.T @ fit.q
+        evidence, fit = list[float](), moments.fit(left)
+        beside = {within: _left_of(fit, *own.without(left)) for within, own in products.items()}
+        for kind in listed:
+            at, (moved, S, r) = kind.place, beside[kind.within]
             for way in kind.ways:
-                values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
+                values, turned, vectors = turned_to(way.T @ S[at, at] @ way, way.T @ r[at])
                 evidence += [float(log_evidence(values, turned, prior)) for prior in priors]
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
                     gains = way @ vectors @ (turned / (values + prior))
                     torque = {i: raw @ gains for i, raw in kind.raw.items()}
-                    best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
+                    best = kind.columns
+                    size = size_of(moments, -(moved[:, at] @ gains), torque)
         total[left] = mean_of(np.array(evidence))
+    # columns would be kept as long as the score is
+    best = replace(best, columns=lambda _: {}, known=())
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
+
+
+def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:
+    """What the coefficients of a fit (m, k) do for columns, and what it leaves of their products
+    with each other (k, k) and with the torque (k,)."""
+    moved = fit.solve(cross)
+    return moved, own[0] - cross.T @ moved, right - cross.T @ fit.q

@@ -13,15 +13,23 @@ from flexhex.diagnosis.selection.hypothesis import Array, Axis, ColumnsByAxis, E
 @dataclass(frozen=True)
 class NamelessHypothesis:
     """Columns of something without a name, raw (R, k) [N m] on each axis that feels them, and how
-    their coefficients go together, each (k, k')."""
+    their coefficients go together, each (k, k'); place: where they stand among those of `within`,
+    of which products are known."""
 
     columns: EffectHypothesis
     raw: Mapping[int, Array]
     ways: tuple[Array, ...]
+    within: EffectHypothesis
+    place: slice
 
 
 def nameless(
-    axis: Axis, argument: str, columns: ColumnsByAxis, ways: tuple[Array, ...]
+    axis: Axis,
+    argument: str,
+    columns: ColumnsByAxis,
+    ways: tuple[Array, ...],
+    within: EffectHypothesis | None = None,
+    place: slice = slice(None),
 ) -> NamelessHypothesis:
     """Something without a name from its columns (R, k) on an axis or on several."""
     felt, count = tuple(columns.raw), next(iter(columns.raw.values())).shape[1]
@@ -30,4 +38,4 @@ def nameless(
     hypothesis = EffectHypothesis(
         argument, axis, ({},), lambda _: white, felt, -most, most, count, "", False, 1
     )
-    return NamelessHypothesis(hypothesis, columns.raw, ways)
+    return NamelessHypothesis(hypothesis, columns.raw, ways, within or hypothesis, place)

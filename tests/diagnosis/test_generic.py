@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flexhex.diagnosis.selection.generic import FINE, generic
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import generic_score
 from tests.diagnosis.test_selection import bench_of
 
 
@@ -31,3 +34,15 @@ def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> No
         [np.interp(b.smooth(v), knots, values) for v, b in zip(angles, blocks, strict=True)]
     )
     assert np.abs(late - smooth).max() > 0.1
+
+
+def test_score_is_that_of_each_kind_by_itself(tmp_path: Path) -> None:
+    """Products are made once for the columns of all kinds."""
+    bench = bench_of(tmp_path, lambda theta, rate, acceleration: 0.1 * np.sin(20 * theta))
+    hypotheses = Hypotheses(bench, Rows.of(bench.model))
+    for kind in hypotheses.generic(0):
+        alone = replace(kind, within=kind.columns, place=slice(None))
+        among, apart = (generic_score(hypotheses.moments, [own]) for own in (kind, alone))
+        assert among.whole > 1.0
+        assert among.by_fold == pytest.approx(apart.by_fold, rel=1e-6, abs=1e-6)
+        assert among.size == pytest.approx(apart.size, rel=1e-6)
