@@ -111,7 +111,8 @@ def _rms(masks: Sequence[Mask], traces: Sequence[Array]) -> Array:
     good, values = np.concatenate(masks), np.concatenate(traces)
     count = good.sum(axis=0)
     square = (values**2 * good).sum(axis=0)
-    return np.sqrt(np.divide(square, count, where=count > 0, out=np.full(len(count), np.nan)))
+    mean = np.divide(square, count, where=count > 0, out=np.full(len(count), np.nan))
+    return np.asarray(np.sqrt(mean))
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:
