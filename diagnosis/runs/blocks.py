@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.runs.linear import Linear
-from flexhex.diagnosis.runs.rests import moving, sticking
+from flexhex.diagnosis.runs.rests import PART, moving, sticking
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.errors import LogError
 
@@ -185,7 +185,7 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
     paces = np.concatenate([pace[good] for (*_, pace), good in zip(motions, usable, strict=True)])
     pace = np.sqrt((paces**2).mean(axis=0))
     return [
-        replace(block, moves=own & ~(block.weights @ sticking(block.run.motion, pace) > 0))
+        replace(block, moves=own & ~(block.weights @ sticking(block.run.motion, pace) > PART))
         for block, own in zip(listed, moves, strict=True)
     ]
 
