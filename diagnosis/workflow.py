@@ -215,6 +215,11 @@ def diagnose_files(
     return diagnose(paths, held_out, machine_file, options).data()
 
 
+def _left(side: Side) -> dict[int, float]:
+    """RMS [N m] of what is left on axes (from 0)."""
+    return {rest.axis - 1: rest.rms for rest in side.rests}
+
+
 def _verdict(
     model: Calibrated,
     sides: Sequence[Side],
@@ -231,8 +236,7 @@ def _verdict(
     if any(side.remains for side in sides):
         # a rest that is many times what the angles' own error makes is none of it
         least = coarse / CRITERIA.largest_rest
-        left = {rest.axis - 1: rest.rms for side in sides for rest in side.rests}
-        if all(left.get(a, 0.0) < least[a] for side in sides for a in side.remains):
+        if all(_left(side).get(a, 0.0) < least[a] for side in sides for a in side.remains):
             notes.append(
                 "it may be the error of the encoder, which repeats: finer angles would tell"
             )
