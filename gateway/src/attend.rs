@@ -1,13 +1,17 @@
-//! Watches the control loop from another thread: a status line, and the end of a loop that hangs.
+//! Watches the control loop from another thread: a status line, the end of a loop that hangs, and a landing where
+//! an FMU hangs beside it.
 
+use flexhex_system::hanging;
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::config::AXES;
 use crate::live::{self, Board};
+use crate::realtime::stop;
 use crate::record::Columns;
 use crate::report::Reporter;
+use crate::watch::{HungBeside, HANG_LOOKS};
 
 /// Time between two looks at the beats, and looks between two lines of status.
 pub const LOOK: Duration = Duration::from_millis(100);
@@ -27,12 +31,17 @@ pub struct Watched<'a> {
     pub patience: u32,
 }
 
-/// Runs `work` in this thread while another one shows the status; `on_hang` ends the process.
-pub fn attend<T>(watched: Watched, on_hang: impl FnOnce() + Send, work: impl FnOnce() -> T) -> T {
+/// Runs `work` in this thread while another one shows the status; `on_hang` gets the FMU, if it is one, and ends the
+/// process. Returns the FMU that hung beside the loop, too: then the machine was landed.
+pub fn attend<T>(
+    watched: Watched,
+    on_hang: impl FnOnce(Option<String>) + Send,
+    work: impl FnOnce() -> T,
+) -> (T, Option<HungBeside>) {
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let attendant = scope.spawn(|| {
-            let mut stillness = Stillness::default();
+            let (mut stillness, mut beside) = (Stillness::default(), None);
             let (mut looks, mut phase) = (0, None);
             while !over.load(Ordering::Relaxed) {
                 std::thread::park_timeout(LOOK);
@@ -44,18 +53,28 @@ pub fn attend<T>(watched: Watched, on_hang: impl FnOnce() + Send, work: impl FnO
                 let board = watched.board;
                 let beats = board.beats.load(Ordering::Relaxed);
                 let beating = board.beating.load(Ordering::Relaxed);
-                if stillness.note(beating.then_some(beats)) >= watched.patience {
+                let still = stillness.note(beating.then_some(beats));
+                let hung = hanging(HANG_LOOKS);
+                let stands = !beating && hung.is_some() && beside.is_none();
+                if still >= watched.patience || stands {
                     watched.reporter.live_over();
-                    on_hang();
-                    return;
+                    on_hang(hung);
+                    return None;
+                }
+                // the loop goes on without it
+                if let (Some(component), None, 0) = (hung, &beside, still) {
+                    watched.reporter.live_over();
+                    beside = Some(HungBeside::told(component, watched.reporter));
+                    stop::request();
                 }
             }
             watched.reporter.live_over();
+            beside
         });
         let out = work();
         over.store(true, Ordering::Relaxed);
         attendant.thread().unpark();
-        out
+        (out, attendant.join().unwrap_or(None))
     })
 }
 

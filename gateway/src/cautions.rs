@@ -8,21 +8,13 @@ use crate::rules::{ReactionKind, Reactions};
 
 /// Rules that an encoder trips: what it shows afterwards is not true.
 const OF_ENCODERS: [&str; 2] = ["jump", "frozen_encoder"];
-/// Rules after which no drive hears or obeys any more.
-const OF_DRIVES: [&str; 7] = [
-    "lost_frames",
-    "working_counter",
-    "al_state",
-    "drive_fault",
-    "drive_state",
-    "mode",
-    "measured_torque",
-];
+/// Rules after which a drive does not hear or obey any more: of one axis, and of all or of unknown ones.
+const OF_DRIVES: [&str; 4] = ["drive_fault", "drive_state", "mode", "measured_torque"];
+const OF_THE_BUS: [&str; 3] = ["lost_frames", "working_counter", "al_state"];
 
 /// Rules by name.
 #[derive(Debug, PartialEq)]
 pub enum Caution {
-    Damp(Vec<&'static str>),
     /// `land` by the encoder that has just failed.
     Encoder(Vec<&'static str>),
     /// A stop that wants torque of a drive that is lost.
@@ -48,15 +40,14 @@ pub fn of(config: &Config) -> Vec<Caution> {
 
 fn of_reactions(reactions: &Reactions) -> Vec<Caution> {
     let [damp, land] = [ReactionKind::Damp, ReactionKind::Land].map(|kind| reactions.with(kind));
+    let powered = [damp, land.clone()].concat();
     let among = |all: &[&'static str], some: &[&str]| {
         all.iter().copied().filter(|name| some.contains(name)).collect::<Vec<_>>()
     };
-    let powered = [damp.clone(), land.clone()].concat();
     let fall = [ReactionKind::QuickStop, ReactionKind::Zero].map(|kind| reactions.with(kind));
     let all = [
-        Caution::Damp(damp),
         Caution::Encoder(among(&land, &OF_ENCODERS)),
-        Caution::Drive(among(&powered, &OF_DRIVES)),
+        Caution::Drive([among(&powered, &OF_THE_BUS), among(&land, &OF_DRIVES)].concat()),
         Caution::Fall(among(&fall.concat(), &["stopped"])),
     ];
     all.into_iter().filter(|caution| !caution.rules().is_empty()).collect()
@@ -65,10 +56,7 @@ fn of_reactions(reactions: &Reactions) -> Vec<Caution> {
 impl Caution {
     fn rules(&self) -> &[&'static str] {
         match self {
-            Caution::Damp(rules)
-            | Caution::Encoder(rules)
-            | Caution::Drive(rules)
-            | Caution::Fall(rules) => rules,
+            Caution::Encoder(rules) | Caution::Drive(rules) | Caution::Fall(rules) => rules,
             Caution::AnyDrive(_) | Caution::NoRest => &[],
         }
     }
@@ -78,19 +66,14 @@ impl Display for Caution {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         let rules = self.rules().join(", reactions.");
         match self {
-            Caution::Damp(_) => write!(
-                f,
-                "reactions.{rules} = damp: a torque without its encoder does not hold a leg. In the tests an axis \
-                 reached 0.67 rad/s in a lift-off and 1.16 rad/s in a landing, with `zero` and braking \
-                 drives below 1 rad/s: keep `zero` unless the drives cannot brake (0x605A to 0x605E)"
-            ),
             Caution::Encoder(_) => write!(
                 f,
-                "reactions.{rules} = land: the landing trusts the encoder that has just failed: use `zero`"
+                "reactions.{rules} = land: the landing trusts the encoder that has just failed: use `damp`"
             ),
             Caution::Drive(_) => write!(
                 f,
-                "reactions.{rules}: a drive that is lost or does not obey cannot land: use `zero`"
+                "reactions.{rules}: a drive that is lost or does not obey cannot land: use `zero`, or `damp` \
+                 where only the drive of one axis does not"
             ),
             Caution::AnyDrive(axes) => write!(
                 f,
@@ -124,13 +107,13 @@ mod tests {
     fn the_defaults_need_none_and_each_choice_has_its_own() {
         let chosen = |text: &str| of_reactions(&toml::from_str(text).unwrap());
         assert_eq!(chosen(""), []);
-        assert_eq!(chosen("speed = 'damp'"), [Caution::Damp(vec!["speed"])]);
+        assert_eq!(chosen("speed = 'damp'\nmode = 'damp'"), []);
         assert_eq!(chosen("stopped = 'zero'"), [Caution::Fall(vec!["stopped"])]);
         assert_eq!(chosen("jump = 'land'"), [Caution::Encoder(vec!["jump"])]);
-        let both = [Caution::Damp(vec!["mode"]), Caution::Drive(vec!["mode"])];
-        assert_eq!(chosen("mode = 'damp'"), both);
-        let text = chosen("jump = 'damp'\nfrozen_encoder = 'damp'")[0].to_string();
-        assert!(text.starts_with("reactions.jump, reactions.frozen_encoder = damp: "), "{text}");
+        let lost = [Caution::Drive(vec!["lost_frames", "mode"])];
+        assert_eq!(chosen("lost_frames = 'damp'\nmode = 'land'"), lost);
+        let text = chosen("jump = 'land'\nfrozen_encoder = 'land'")[0].to_string();
+        assert!(text.starts_with("reactions.jump, reactions.frozen_encoder = land: "), "{text}");
     }
 
     #[test]

@@ -4,12 +4,12 @@ use clap::Args;
 use serde_json::json;
 use std::time::Duration;
 
+use crate::answering::Answering;
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
 use crate::exit::{Exit, Refusal};
 use crate::learned;
-use crate::preparing::Preparing;
 use crate::report::Reporter;
 use crate::rights;
 use crate::session;
@@ -57,12 +57,13 @@ pub fn check(args: &Check) -> Exit {
 fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
     let config = args.config.read()?;
     reporter.mark(true, "configuration");
-    let preparing = Preparing::begin(reporter);
+    let preparing = Answering::before_power(reporter);
     let system = session::open_system(&config, reporter)?;
     let resume = learned::resumed(&config)?;
     let controller = signals::open(&config, &system, true, resume)?;
     Signals::find(&config, &controller)?;
     session::mechanics(&config, &system)?;
+    drop(controller);
     drop(preparing);
     reporter.mark(true, "every FMU loads and initialises");
     for note in rights::request_real_time(&config, false, false)? {

@@ -2,11 +2,13 @@
 
 use clap::Args;
 use flexhex_system::System;
+use serde_json::json;
 use std::fmt::{self, Display, Formatter};
 use std::io::BufRead;
 use std::sync::mpsc::{sync_channel, SyncSender};
 
 use crate::arguments::ConfigArgs;
+use crate::arrivals;
 use crate::config::{Config, AXES};
 use crate::exit::Exit;
 use crate::obstacle::Obstacle;
@@ -27,6 +29,7 @@ Lines that it takes, each with Enter:
   3 0.01           axis 3 by 0.01 rad, at most --largest
   to 0,0,0,0,0,0   to this pose
   q                land; so does the end of the input, or Ctrl-C
+It says when it has arrived, with the angles that were measured there.
 
 It begins in the neutral pose. Speed, torque and gains are those of [landing], the limits those of a run.";
 
@@ -76,12 +79,13 @@ pub fn jog(args: &Jog) -> Exit {
         }
         let (sender, orders) = sync_channel(ORDERS);
         let config = config.clone();
-        let opened = Workspace::open(&config, system);
+        let opened = Workspace::open(&config, system, "-ways");
         let mut workspace = opened.map_err(|why| PoseError::Way(Obstacle::Failed(why)))?;
         go(workspace.as_mut(), &[0.0; AXES])?;
+        let arrivals = arrivals::reported(reporter, ORDERS);
         // it ends with the process: a read of the keyboard cannot be cut short
         std::thread::spawn(move || listen(reporter, (&config, workspace), largest, &sender));
-        Ok(Task::Jog(tasks::Jog::new([0.0; AXES], orders)))
+        Ok(Task::Jog(tasks::Jog::new([0.0; AXES], orders, arrivals)))
     };
     run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
 }
@@ -118,7 +122,10 @@ fn listen(
                     return;
                 }
             }
-            Err(why) => reporter.mark(false, &why.to_string()),
+            Err(why) => {
+                reporter.mark(false, &why.to_string());
+                reporter.event("not_done", json!({ "line": line, "message": why.to_string() }));
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the estimator learns: taken from an earlier run before this one, saved after it.
 
-use flexhex_system::State;
+use flexhex_system::{Error, State};
 use serde_json::json;
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub fn resumed(config: &Config) -> Result<Vec<State>, EstimateError> {
 /// have spoilt it.
 pub fn save(
     reporter: Reporter,
-    out: &Outcome,
+    (out, learned): (&Outcome, Vec<Result<State, Error>>),
     recording: &Path,
     config: &Config,
 ) -> Result<(), EstimateError> {
@@ -28,9 +28,9 @@ pub fn save(
         return Ok(());
     }
     let mut states = Vec::new();
-    for state in &out.states {
+    for state in learned {
         match state {
-            Ok(state) => states.push(state.clone()),
+            Ok(state) => states.push(state),
             Err(why) => reporter.line("estimate", &format!("not saved: {why}")),
         }
     }

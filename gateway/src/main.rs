@@ -1,6 +1,8 @@
 //! Runs the control FMUs of a `.ssp` against six servo drives on EtherCAT.
 
+mod answering;
 mod arguments;
+mod arrivals;
 mod attend;
 mod bus;
 mod calibrate;
@@ -26,7 +28,6 @@ mod option_error;
 mod plan;
 mod planned;
 mod poses;
-mod preparing;
 mod realtime;
 mod record;
 mod referencing;
@@ -34,6 +35,7 @@ mod report;
 mod rights;
 mod rules;
 mod run;
+mod run_args;
 mod safety;
 mod saved;
 mod session;
@@ -80,8 +82,8 @@ enum Verb {
     #[command(after_help = check::EXAMPLES)]
     Check(check::Check),
     /// Run the controller against the drives.
-    #[command(after_help = run::EXAMPLES)]
-    Run(run::Run),
+    #[command(after_help = run_args::EXAMPLES)]
+    Run(run_args::Run),
     /// Show what a running gateway does; only reads.
     #[command(after_help = status::EXAMPLES)]
     Status(status::Status),

@@ -22,6 +22,7 @@ pub struct Move {
 
 /// Move through the poses and land; the exit code of the command.
 pub fn through(args: &Move) -> Exit {
-    let make = |config: &Config, system: &System| Ok(args.poses.task(config, system)?);
+    let reporter = args.config.reporter();
+    let make = |config: &Config, system: &System| Ok(args.poses.task(reporter, config, system)?);
     run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
 }

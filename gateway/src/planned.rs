@@ -49,7 +49,7 @@ fn judge_cycles(
     system: &System,
     cycles: i64,
 ) -> Result<Result<(), Unfit>, Mismatch> {
-    let workspace = Workspace::open(config, system).map_err(Mismatch::System)?;
+    let workspace = Workspace::open(config, system, "-ahead").map_err(Mismatch::System)?;
     let planned = Planned::of(system, &config.system.host, &config.system.reference);
     let (Some(mut workspace), Some(mut planned)) = (workspace, planned.map_err(Mismatch::System)?)
     else {

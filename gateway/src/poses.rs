@@ -4,9 +4,11 @@ use clap::Args;
 use flexhex_system::System;
 use std::fmt::{self, Display, Formatter};
 
+use crate::arrivals;
 use crate::config::{Config, AXES};
 use crate::exit::{Ends, Exit};
 use crate::obstacle::Obstacle;
+use crate::report::Reporter;
 use crate::tasks::{self, Task};
 use crate::workspace::Workspace;
 
@@ -17,9 +19,9 @@ Examples:
   flexhex-gateway move gateway/machines/akd.toml --enable --hold 5 \\
       --to 0,0,0,0,0,0 --to 0.1,0.1,0.1,0.1,0.1,0.1
 
-Speed, torque and gains are those of [landing], the limits those of a run. Ctrl-C lands. It prints the mean
-angle and measured torque of each pose: compare them with and without a known weight, and the direction
-of a nudge with the drawing.";
+Speed, torque and gains are those of [landing], the limits those of a run. Ctrl-C lands. It says when it has arrived,
+and at the end the mean angle and measured torque of each pose: compare them with and without a known
+weight, and the direction of a nudge with the drawing.";
 
 /// Poses of the command line.
 #[derive(Args, Clone, Debug)]
@@ -85,13 +87,19 @@ impl Ends for PoseError {
 
 impl Poses {
     /// The task, or why a pose cannot be taken.
-    pub fn task(&self, config: &Config, system: &System) -> Result<Task, PoseError> {
+    pub fn task(
+        &self,
+        reporter: Reporter,
+        config: &Config,
+        system: &System,
+    ) -> Result<Task, PoseError> {
         let list = self.list(config)?;
-        let opened = Workspace::open(config, system);
+        let opened = Workspace::open(config, system, "-ways");
         if let Some(mut workspace) = opened.map_err(|why| PoseError::Way(Obstacle::Failed(why)))? {
             list.iter().try_for_each(|pose| workspace.go(pose)).map_err(PoseError::Way)?;
         }
-        Ok(Task::Poses(tasks::Poses::new(list, self.hold, system.base_step())))
+        let arrivals = arrivals::reported(reporter, list.len());
+        Ok(Task::Poses(tasks::Poses::new(list, self.hold, system.base_step(), arrivals)))
     }
 
     fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, PoseError> {

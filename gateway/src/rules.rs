@@ -165,7 +165,7 @@ pub enum ReactionKind {
     /// Category 2: stop and hold by feedback alone, land, then disable.
     #[default]
     Land,
-    /// Category 1: the same, but the axis of the trip gets only the torque of its weight.
+    /// Category 1: the same by the other axes. The drive of the axis of the trip is disabled at once, and brakes it.
     Damp,
     /// Category 0: zero torque and quick stop of the drive, then disable.
     QuickStop,
@@ -219,15 +219,15 @@ reactions! {
     lost_frames = LostFrames / Zero,
     working_counter = WorkingCounter / Zero,
     al_state = AlState / Zero,
-    drive_fault = DriveFault / Zero,
+    drive_fault = DriveFault / Damp,
     drive_state = DriveState / Zero,
     mode = Mode / Zero,
     torque = Torque / Land,
     torque_step = TorqueStep / Land,
-    measured_torque = MeasuredTorque / Zero,
+    measured_torque = MeasuredTorque / Damp,
     feedback_torque = FeedbackTorque / Land,
-    jump = Jump / Zero,
-    frozen_encoder = FrozenEncoder / Zero,
+    jump = Jump / Damp,
+    frozen_encoder = FrozenEncoder / Damp,
     speed = Speed / Land,
     position = Position / Land,
     following_error = FollowingError / Land,

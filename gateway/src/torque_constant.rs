@@ -7,6 +7,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 use crate::arguments::ConfigArgs;
+use crate::arrivals;
 use crate::config::{Config, AXES};
 use crate::cycle::Outcome;
 use crate::exit::{Exit, Refusal};
@@ -17,11 +18,13 @@ use crate::report::Reporter;
 use crate::run;
 use crate::saved::save;
 use crate::session::{self, PowerArgs};
-use crate::tasks::{Poses, Seen, Step, Task};
+use crate::tasks::{Arrivals, Poses, Seen, Step, Task};
 use crate::torque_error::TorqueError;
 
 /// The pose is reached from either side by this way [rad], so that friction cancels.
 const AROUND: f64 = 0.02;
+/// Poses that it goes to.
+const POSES: usize = 4;
 /// Time for which a pose is held [s].
 const HOLD: f64 = 2.0;
 /// Smallest torque [N m] that a mass must add to an axis, for a ratio that means something.
@@ -65,7 +68,8 @@ struct Record {
 pub fn find(args: &Torque) -> Exit {
     let make = |_: &Config, system: &System| {
         usage(args)?;
-        Ok(Task::Poses(poses(system)))
+        let arrivals = arrivals::reported(args.config.reporter(), POSES);
+        Ok(Task::Poses(poses(system, arrivals)))
     };
     let tell = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {
         measure(args, reporter, (config, system), out)
@@ -183,7 +187,7 @@ fn weigh(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], Tor
     let opened = Plant::open(system, &config.system.host, None, &parameters);
     let mut plant = opened.map_err(TorqueError::NoPlant)?;
     let mechanics = session::mechanics(config, system).map_err(TorqueError::Mismatch)?;
-    let mut poses = poses(system);
+    let mut poses = poses(system, Arrivals::new(POSES).0);
     let (mut theta, mut tau) = ([0.0; AXES], [0.0; AXES]);
     let Some(first) = poses.begin(&theta) else { return Ok(tau) };
     let path = first.path(mechanics.pace);
@@ -203,9 +207,9 @@ fn weigh(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], Tor
 }
 
 /// The neutral pose, from below and from above.
-fn poses(system: &System) -> Poses {
-    let list = [-AROUND, 0.0, AROUND, 0.0].map(|angle| [angle; AXES]);
-    Poses::new(list.to_vec(), HOLD, system.base_step())
+fn poses(system: &System, arrivals: Arrivals) -> Poses {
+    let list: [_; POSES] = [-AROUND, 0.0, AROUND, 0.0].map(|angle| [angle; AXES]);
+    Poses::new(list.to_vec(), HOLD, system.base_step(), arrivals)
 }
 
 /// Mean torque of the two approaches [N m].

@@ -1,14 +1,14 @@
 //! A run as other programs see it, and the end of one whose control loop hangs.
 
-use flexhex_system::Watch;
 use serde_json::{json, Value};
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
-use crate::exit::Exit;
+use crate::exit::{Ends, Exit};
 use crate::live::{self, Board, LiveError};
 use crate::off;
 use crate::record::{Closer, Columns};
@@ -16,20 +16,22 @@ use crate::report::Reporter;
 
 /// A control loop without a cycle, or an FMU without an answer, for so long hangs.
 pub const HANG_S: u32 = 3;
+/// The same in looks of 0.1 s.
+pub const HANG_LOOKS: u32 = 10 * HANG_S;
 /// Longest wait until the files of a loop that hangs are closed.
 const CLOSING: Duration = Duration::from_secs(5);
 
 /// Ends a run whose control loop hangs in an FMU: nothing can be sent any more, so the drives end the torque
 /// by their watchdog. Nobody may believe that: the process becomes `off`, which disables them and reads them
 /// back.
-pub fn hung(reporter: Reporter, watch: &Watch, closer: &Closer, config: &ConfigArgs) {
-    let component = watch.component().unwrap_or("the control loop");
+pub fn hung(reporter: Reporter, component: Option<String>, closer: &Closer, config: &ConfigArgs) {
+    let name = component.as_deref().unwrap_or("the control loop");
     let why = format!(
-        "{component} hangs: no cycle for {HANG_S} s; the watchdog of the drives should have taken the torque: \
+        "{name} hangs: no cycle for {HANG_S} s; the watchdog of the drives should have taken the torque: \
          disabling the drives and reading them back"
     );
     reporter.mark(false, &why);
-    reporter.event("hung", json!({ "component": watch.component(), "message": why }));
+    reporter.event("hung", json!({ "component": component, "message": why }));
     closer.close(&format!("hung: {why}"), CLOSING);
     let failed = off::in_place_of_this(config);
     reporter.refused(format!(
@@ -40,10 +42,33 @@ pub fn hung(reporter: Reporter, watch: &Watch, closer: &Closer, config: &ConfigA
 
 /// Looks of 0.1 s without a beat after which the loop hangs. In lockstep each cycle may wait longer.
 pub fn patience(lockstep: bool, config: &Config) -> u32 {
-    let looks = HANG_S * 10;
     match lockstep {
-        true => looks + config.bus.lockstep_timeout_ms / 50,
-        false => looks,
+        true => HANG_LOOKS + config.bus.lockstep_timeout_ms / 50,
+        false => HANG_LOOKS,
+    }
+}
+
+/// An FMU that hangs in another thread than the control loop's, while drives may have power: the machine lands.
+pub struct HungBeside(String);
+
+impl HungBeside {
+    pub fn told(component: String, reporter: Reporter) -> HungBeside {
+        let why = HungBeside(component);
+        reporter.mark(false, &format!("{why}: the machine lands"));
+        reporter.event("hung", json!({ "component": why.0, "message": why.to_string() }));
+        why
+    }
+}
+
+impl Display for HungBeside {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "{} hangs: no answer for {HANG_S} s", self.0)
+    }
+}
+
+impl Ends for HungBeside {
+    fn exit(&self) -> Exit {
+        Exit::Failed
     }
 }
 

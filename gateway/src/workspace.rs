@@ -32,10 +32,15 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// It begins where the machine rests, if that is known, or else in the neutral pose. None: the system has no
-    /// kinematics of the reference.
-    pub fn open(config: &Config, system: &System) -> Result<Option<Workspace>, Error> {
-        let Some(mut kinematics) = Kinematics::of(system, &config.system.reference)? else {
+    /// It begins where the machine rests, if that is known, or else in the neutral pose. `purpose`: end of the names of
+    /// its FMUs' instances, which no others have. None: the system has no kinematics of the reference.
+    pub fn open(
+        config: &Config,
+        system: &System,
+        purpose: &str,
+    ) -> Result<Option<Workspace>, Error> {
+        let (reference, feedforward) = (&config.system.reference, &config.system.feedforward);
+        let Some(mut kinematics) = Kinematics::of(system, reference, purpose)? else {
             return Ok(None);
         };
         let at = [0.0; AXES];
@@ -59,7 +64,7 @@ impl Workspace {
             watched: (0, Gain::default()),
             at,
             rest,
-            dynamics: Dynamics::of(system, &config.system.reference, &config.system.feedforward)?,
+            dynamics: Dynamics::of(system, reference, feedforward, purpose)?,
             brakes: Brakes::of(config, system.base_step()),
         }))
     }

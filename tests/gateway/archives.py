@@ -50,7 +50,8 @@ class Spoil:
 
     Step k goes from k to k + 1 sample times. kind: "set" (the output `variable` shows `value`,
     which may be nan), "error" (fmi2DoStep returns fmi2Error), "sleep" (it takes `value` [s] more),
-    "hang" (it says so on stderr and never returns; at step -1 its initialisation does).
+    "hang" (it says so on stderr and never returns; at step -1 its initialisation does), "crash"
+    (SIGABRT); "instantiate", "get", "put", "terminate", "free" (that call never returns).
     """
 
     instance: str

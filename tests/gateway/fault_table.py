@@ -133,8 +133,7 @@ def alike(one: str, other: str) -> bool:
     """Whether two rows say the same, as far as processors agree: words to the letter.
 
     Each rounds sin and cos in its own way (glibc takes fused operations where there are some), so
-    the last bits differ. A blind axis with `damp` passes its balance and makes hundredths of that:
-    0.65 to 0.67 rad/s. A mean that grows slowly meets its limit a cycle sooner or later.
+    the last bits differ. A mean that grows slowly meets its limit a cycle sooner or later.
     """
     cells = one.split(" | "), other.split(" | ")
     if len(cells[0]) != len(cells[1]):

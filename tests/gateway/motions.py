@@ -22,7 +22,7 @@ PUSH = 80
 """Cycles of a push."""
 ENDS = ("done", "ctrl-c", "speed", "push")
 FAULTS = ("drive_fault", "sto", "encoder_jump", "encoder_frozen", "cable_cut")
-"""Faults of the emulator after which no drive can hold the machine."""
+"""Faults of the emulator after which no drive, or not every one, can hold the machine."""
 JUMP = 1_000_000
 """Counts: 1.5 mrad."""
 LIMIT = 0.52
@@ -131,13 +131,16 @@ def ended(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) ->
 
 
 def fell(fallen: Fallen) -> str:
-    """What became of a machine that lost its power: from then on its drives brake it, and no
-    torque of the gateway."""
+    """What became of a machine that lost the power of one axis, or of all: from then on the drives
+    brake these, and no torque of the gateway."""
     trips = [e["reason"] for e in fallen.ran.events if e["event"] == "trip"]
-    since = max(int(e["cycle"]) for e in fallen.ran.happened("torque_zero"))
+    lost = sorted(int(e["cycle"]) for e in fallen.ran.happened("torque_zero"))
+    one = [e["reaction"] for e in fallen.ran.events if e["event"] == "trip"] == ["damp"]
+    since = lost[0] if one else lost[-1]
     angle, after = np.abs(fallen.theta[since:]).max(), fallen.speed[since:].max()
     before = fallen.speed[since - 8 : since + 1].max()
-    text = f"{trips}, fell: {before:.3f} rad/s, then {after:.3f}; {angle:.4f} rad"
+    how = "one axis fell" if one else "fell"
+    text = f"{trips}, {how}: {before:.3f} rad/s, then {after:.3f}; {angle:.4f} rad"
     assert len(trips) == 1, text
     assert angle <= STROKE, text
     assert np.ptp(fallen.theta[-2000:], axis=0).max() < 0.1, f"{text}: it does not rest"

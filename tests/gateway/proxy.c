@@ -10,6 +10,10 @@
      error  fmi2DoStep returns fmi2Error
      sleep  fmi2DoStep takes VALUE seconds more
      hang   fmi2DoStep says so and never returns; step -1: fmi2ExitInitializationMode
+     crash  fmi2DoStep ends the process (SIGABRT)
+     instantiate, get, put, terminate, free
+            this call says so and never returns: fmi2Instantiate, a getter or setter of outputs and
+            inputs after STEP steps, fmi2Terminate, fmi2FreeInstance
    Only the functions that the executor calls are there. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -41,8 +45,8 @@ static int spoils(const proxy *p, const char *kind, long step) {
   return strcmp(p->kind, kind) == 0 && step >= p->first && step - p->first < p->count;
 }
 
-static void hang_at(const proxy *p, long step) {
-  if (spoils(p, "hang", step)) {
+static void hang_at(const proxy *p, const char *kind, long step) {
+  if (spoils(p, kind, step)) {
     (void)fputs("hangs\n", stderr);
     for (;;) {
       (void)pause();
@@ -88,12 +92,14 @@ FMI2_Export fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
     free(p);
     return NULL;
   }
+  hang_at(p, "instantiate", p->first);
   return p;
 }
 
 FMI2_Export void fmi2FreeInstance(fmi2Component c) {
   proxy *p = c;
   REAL(p, fmi2FreeInstance);
+  hang_at(p, "free", p->first);
   real(p->real);
   (void)dlclose(p->library);
   free(p);
@@ -123,13 +129,14 @@ FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
   proxy *p = c;
   REAL(p, fmi2ExitInitializationMode);
-  hang_at(p, -1);
+  hang_at(p, "hang", -1);
   return real(p->real);
 }
 
 FMI2_Export fmi2Status fmi2Terminate(fmi2Component c) {
   proxy *p = c;
   REAL(p, fmi2Terminate);
+  hang_at(p, "terminate", p->first);
   return real(p->real);
 }
 
@@ -140,6 +147,7 @@ FMI2_Export fmi2Status fmi2Terminate(fmi2Component c) {
     fmi2Status status;                                                                         \
     size_t k;                                                                                  \
     REAL(p, fmi2Get##name);                                                                    \
+    hang_at(p, "get", p->step);                                                                \
     status = real(p->real, references, n, values);                                             \
     for (k = 0; k < n && spoils(p, "set", p->step - 1); k++) {                                 \
       values[k] = references[k] == p->reference ? (type)p->value : values[k];                  \
@@ -150,6 +158,7 @@ FMI2_Export fmi2Status fmi2Terminate(fmi2Component c) {
                                        size_t n, const type values[]) {                        \
     proxy *p = c;                                                                              \
     REAL(p, fmi2Set##name);                                                                    \
+    hang_at(p, "put", p->step);                                                                \
     return real(p->real, references, n, values);                                               \
   }
 PASS(fmi2Real, Real)
@@ -166,6 +175,9 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size,
                                     (long)(1e9 * (p->value - (double)(time_t)p->value))};
     (void)nanosleep(&longer, NULL);
   }
-  hang_at(p, step);
+  hang_at(p, "hang", step);
+  if (spoils(p, "crash", step)) {
+    abort();
+  }
   return spoils(p, "error", step) ? fmi2Error : real(p->real, time, size, final);
 }

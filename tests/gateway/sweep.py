@@ -1,7 +1,7 @@
 """Motions drawn at random, each ended at random: `python -m tests.gateway.sweep SEED --count 150`.
 
 A line for each that says what became of it; exit code 1 if one must not be. Wants root, cargo and
-`flexhex build`. What loses its power falls, and may meet a stop.
+`flexhex build`. An axis that loses its power falls, and may meet a stop.
 """
 
 from __future__ import annotations

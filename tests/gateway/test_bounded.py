@@ -69,7 +69,7 @@ def test_loop_that_hangs_in_an_fmu_ends_and_keeps_what_it_recorded(
 
 def test_fmu_that_hangs_before_power_is_ended_by_ctrl_c(hexapod_ssp: Path, tmp_path: Path) -> None:
     """The model that judges the motion never returns; no frame has been sent."""
-    bad = spoiled(hexapod_ssp, Spoil("F-model", 0, "hang"), tmp_path / "bad.ssp")
+    bad = spoiled(hexapod_ssp, Spoil("F-model-ahead", 0, "hang"), tmp_path / "bad.ssp")
 
     def interrupt(gateway: Process) -> None:
         assert gateway.stderr
@@ -86,25 +86,32 @@ CHECK = ("check",)
 
 
 @pytest.mark.parametrize(
-    ("instance", "step", "command", "named"),
+    ("instance", "step", "call", "command", "named"),
     [
-        ("F-model", 300, RUN, "F-model"),
-        ("reference-ahead", 300, RUN, "reference-ahead"),
-        ("N_F-gain", 4, MOVE, "N_F-gain"),
-        ("K", -1, CHECK, "K"),
-        ("F", -1, CHECK, "one of reference, N_F, F, feedback, W, N_E"),
+        ("F-model-ahead", 300, "hang", RUN, "F-model-ahead"),
+        ("reference-ahead", 300, "hang", RUN, "reference-ahead"),
+        ("N_F-gain-ways", 4, "hang", MOVE, "N_F-gain-ways"),
+        ("K", -1, "hang", CHECK, "K"),
+        ("F", -1, "hang", CHECK, "one of reference, N_F, F, feedback, W, N_E"),
+        ("N_F-gain", 0, "instantiate", RUN, "N_F-gain"),
+        ("F-model-ahead", 200, "put", RUN, "F-model-ahead"),
+        ("reference-ahead", 200, "get", RUN, "reference-ahead"),
+        ("F-model-ahead", 0, "terminate", RUN, "one of N_F-model-ahead, F-model-ahead"),
+        ("K", 0, "free", CHECK, "K"),
     ],
 )
 def test_fmu_that_hangs_before_power_is_named_and_ends_the_command(
     instance: str,
     step: int,
+    call: str,
     command: tuple[str, ...],
     named: str,
     hexapod_ssp: Path,
     tmp_path: Path,
 ) -> None:
-    """The model of a brake, the reference ahead, the pose of a way, two initialisations."""
-    bad = spoiled(hexapod_ssp, Spoil(instance, step, "hang"), tmp_path / "bad.ssp")
+    """The model of a brake, the reference ahead, the pose of a way, two initialisations, and every
+    other call."""
+    bad = spoiled(hexapod_ssp, Spoil(instance, step, call), tmp_path / "bad.ssp")
     ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, command=command)
     assert ran.code == 3, ran.words
     message = str(ran.one("refused")["message"])
@@ -131,10 +138,10 @@ def test_long_run_says_how_far_it_is_judged(hexapod_ssp: Path, tmp_path: Path) -
 
 def test_fmu_that_fails_before_power_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
     """The model that judges the motion; a landing would want it, too."""
-    bad = spoiled(hexapod_ssp, Spoil("F-model", 40, "error"), tmp_path / "bad.ssp")
+    bad = spoiled(hexapod_ssp, Spoil("F-model-ahead", 40, "error"), tmp_path / "bad.ssp")
     ran = Bench(bad, tmp_path).run(plant=hexapod_ssp)
     assert ran.code == 3, ran.words
-    assert "F-model: fmi2DoStep" in str(ran.one("refused")["message"])
+    assert "F-model-ahead: fmi2DoStep" in str(ran.one("refused")["message"])
     never_enabled(ran)
 
 

@@ -1,15 +1,13 @@
-"""Stops worse than the fault are told where they are chosen, with the figure of the fault table."""
+"""Stops worse than the fault are told where they are chosen."""
 
 from __future__ import annotations
 
-import re
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from tests.gateway.cargo import GATEWAY, built
-from tests.gateway.fault_table import FALLS
 
 
 def warnings(ssp: Path, *changes: str, code: int = 1) -> str:
@@ -22,25 +20,12 @@ def warnings(ssp: Path, *changes: str, code: int = 1) -> str:
     return done.stdout
 
 
-def fastest(fault: str) -> str:
-    """Speed of the fastest axis in a row of the table [rad/s]."""
-    (row,) = [line for line in FALLS.written() if line.startswith(f"| {fault} |")]
-    return row.split(" | ")[4]
-
-
-def test_damp_is_reported_with_the_speeds_of_the_table(hexapod_ssp: Path) -> None:
-    text = warnings(hexapod_ssp, "reactions.jump=damp", "reactions.frozen_encoder=damp")
-    assert "reactions.jump, reactions.frozen_encoder = damp" in text
-    lift_off, landing = re.findall(r"([\d.]+) rad/s in a (?:lift-off|landing)", text)
-    assert lift_off == fastest("encoder frozen in the lift-off, with `damp`")
-    assert landing == fastest("encoder jumps in the landing, with `damp`")
-
-
 @pytest.mark.parametrize(
     ("change", "why"),
     [
         ("reactions.jump=land", "trusts the encoder that has just failed"),
         ("reactions.drive_fault=land", "does not obey cannot land"),
+        ("reactions.lost_frames=damp", "does not obey cannot land"),
     ],
 )
 def test_landing_without_what_it_needs_is_reported(

@@ -36,7 +36,20 @@ def test_machine_moves_as_the_lines_say_and_lands(
     assert ran.code == 0, ran.words
     assert "9 rad: allowed at most 0.05 rad" in ran.words
     assert "write `3 0.01`" in ran.words
-    for pose in ([0, 0, 0.05, 0, 0, 0], [0.1] * 6, [0.1, 0.1, 0.08, 0.1, 0.1, 0.1]):
+    poses = ([0, 0, 0.05, 0, 0, 0], [0.1] * 6, [0.1, 0.1, 0.08, 0.1, 0.1, 0.1])
+    for pose in poses:
         assert np.abs(fallen.theta - pose).max(axis=1).min() < 1e-3, pose
+    # it says when it is there, also in the pose in which it begins, with what was measured
+    arrived = [e for e in ran.events if e["event"] == "arrived"]
+    assert np.allclose([e["pose"] for e in arrived], [[0] * 6, *poses], atol=1e-12)
+    for e in arrived:
+        there = np.abs(fallen.theta - e["theta"]).max(axis=1).min()
+        off = np.subtract(e["theta"], e["pose"])
+        assert there < 1e-9, "angles that the machine had"
+        assert np.abs(off).max() < 1e-3
+        assert off[e["axis"] - 1] == e["off_rad"], "the axis that is off most"
+        assert abs(e["off_rad"]) == np.abs(off).max()
+    assert ran.words.count("arrived") == len(arrived)
+    assert [e["line"] for e in ran.events if e["event"] == "not_done"] == ["3 9", "what"]
     fallen.ends_at_rest(0)
     assert fallen.speed.max() < 0.4

@@ -10,6 +10,7 @@ import pytest
 from tests.gateway.alone import paused
 from tests.gateway.bench import Bench, Process
 from tests.gateway.test_ctrl_c import FIRST, at_frame
+from tests.gateway.test_landing import AT
 from tests.gateway.weight import Fallen, free
 
 ON = {"switched on", "operation enabled", "quick stop active", "fault reaction active"}
@@ -65,3 +66,18 @@ def test_killed_while_drives_are_disabled(later: int, hexapod_ssp: Path, tmp_pat
     states = without_power(fallen)
     assert ("operation enabled" in states) == (later <= 0)
     assert fallen.speed[at:].max() < 0.2, "it has landed"
+
+
+def test_next_start_removes_what_a_killed_gateway_unpacked(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """And nothing of others: what is held by a process that lives is tested beside the code."""
+    place = tmp_path / "temporary"
+    place.mkdir()
+    (place / "flexhex-other").mkdir()
+    bench, within = Bench(hexapod_ssp, tmp_path), ("env", f"TMPDIR={place}")
+    bench.run(options=paused(AT), paused=dies, seconds=100.0, wrapper=within)
+    (left,) = place.glob("flexhex-fmus-*")
+    assert list(left.rglob("*.so")), "what it unpacked"
+    bench.run(command=("check",), wrapper=within)
+    assert [path.name for path in place.iterdir()] == ["flexhex-other"]

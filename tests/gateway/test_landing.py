@@ -36,10 +36,10 @@ class Case:
 ALL = (1, 2, 3, 4, 5, 6)
 CASES = (
     Case("drive shows another mode", 'kind = "mode_change"\nposition = 2', "mode", "zero", 3),
-    Case("drive fault", 'kind = "drive_fault"\nposition = 2', "drive_fault", "zero", 3),
+    Case("drive fault", 'kind = "drive_fault"\nposition = 2', "drive_fault", "damp", 3),
     Case("drive drops to SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", "zero", 5),
-    Case("encoder jumps 1.5 mrad", 'kind = "encoder_jump"\nposition = 1', "jump", "zero", 2),
-    Case("encoder frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "zero", 4),
+    Case("encoder jumps 1.5 mrad", 'kind = "encoder_jump"\nposition = 1', "jump", "damp", 2),
+    Case("encoder frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "damp", 4),
     Case(
         "working counter short, 3 cycles",
         'kind = "wkc_short"\ncount = 3',

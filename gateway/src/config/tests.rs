@@ -55,7 +55,7 @@ fn mistakes_name_key_value_and_range() {
 fn unknown_and_missing_keys_are_refused_by_name() {
     assert!(refused("watchdog_ms", "watchdog_s").contains("unknown field `watchdog_s`"));
     assert!(refused("mode = 4 ", "# mode = 4 ").contains("missing field `mode`"));
-    assert!(refused("drive_fault = \"zero\"", "drive_fault = \"panic\"").contains("panic"));
+    assert!(refused("drive_fault = \"damp\"", "drive_fault = \"panic\"").contains("panic"));
     assert!(refused("[reactions]", "[reactions]\nvelocity = \"zero\"").contains("velocity"));
 }
 

@@ -16,7 +16,7 @@ pub mod signals;
 mod tests;
 mod timing;
 
-use flexhex_system::Controller;
+use flexhex_system::{Controller, Error, State};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -76,6 +76,19 @@ impl Preallocated {
 
 /// What computes: the FMUs, their signals, lift-off and landing, the platform.
 pub type Parts = (Controller, Signals, Mechanics, Option<Workspace>);
+
+/// The FMUs after a run, which are still open.
+pub struct Fmus {
+    controller: Controller,
+    _workspace: Option<Workspace>,
+}
+
+impl Fmus {
+    /// What the components with a thread of their own have learned, or why that is not known.
+    pub fn states(&self) -> Vec<Result<State, Error>> {
+        self.controller.save(FAREWELL)
+    }
+}
 
 /// The control loop with everything that a cycle uses.
 pub struct ControlLoop<'a, L: Link> {
@@ -163,8 +176,9 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         }
     }
 
-    /// The whole run, from disabled drives to disabled drives.
-    pub fn run(mut self) -> Outcome {
+    /// The whole run, from disabled drives to disabled drives. What calls the FMUs again is left to be done when it
+    /// has been reported.
+    pub fn run(mut self) -> (Outcome, Fmus) {
         self.board.beating.store(true, Ordering::Relaxed);
         while !self.guarded_cycle() {
             self.board.beats.fetch_add(1, Ordering::Relaxed);
@@ -178,9 +192,8 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.overflowed = self.sink.overflowed();
         let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
         self.out.take(left);
-        self.out.states = self.controller.save(FAREWELL);
         self.out.task = self.task;
-        self.out
+        (self.out, Fmus { controller: self.controller, _workspace: self.workspace })
     }
 
     /// One cycle; true when the run is over.

@@ -44,7 +44,11 @@ impl<L: Link> ControlLoop<'_, L> {
         for k in (0..AXES).filter(|k| blind[*k]) {
             rate[k] = 0.0;
         }
-        let brakes = Brakes::of(self.config, self.mechanics.pace.base_step);
+        let mut brakes = Brakes::of(self.config, self.mechanics.pace.base_step);
+        if blind.contains(&true) {
+            // one leg sinks already: the others follow at once
+            brakes.pace.pause = 0.0;
+        }
         let times = brakes.times(&theta, &rate, |motion| self.modelled(motion));
         let shorter = |time: &f64| *time < brakes.pace.brake - brakes.pace.base_step;
         self.out.brakes = times.map(|time| Some(time).filter(shorter));
@@ -175,10 +179,11 @@ impl<L: Link> ControlLoop<'_, L> {
         self.phase = Phase::Disabling(Disabling::new(kind));
     }
 
-    /// Controlword of an axis that moves. It must not lead a drive back to power.
-    pub(super) fn kept_enabled(&self) -> [u16; AXES] {
-        self.bus.reply().statusword.map(|word| match cia402::state(word) {
-            cia402::State::OperationEnabled => cia402::ENABLE_OPERATION,
+    /// Controlword of an axis that moves; of `but`: that is braked by its drive. It must not lead a drive back to power.
+    pub(super) fn kept_enabled(&self, but: &[bool; AXES]) -> [u16; AXES] {
+        let statusword = &self.bus.reply().statusword;
+        std::array::from_fn(|k| match cia402::state(statusword[k]) {
+            cia402::State::OperationEnabled if !but[k] => cia402::ENABLE_OPERATION,
             _ => cia402::DISABLE_VOLTAGE,
         })
     }

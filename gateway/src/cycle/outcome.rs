@@ -7,7 +7,6 @@ use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::tasks::Task;
 use crate::wire::Counts;
-use flexhex_system::{Error, State};
 
 /// How the run ended.
 pub enum Ending {
@@ -67,8 +66,6 @@ pub struct Outcome {
     pub links: Links,
     pub clocks: Clocks,
     pub overflowed: u64,
-    /// What the components with a thread of their own have learned, or why that is not known.
-    pub states: Vec<Result<State, Error>>,
     /// What was done, with what was found.
     pub task: Task,
     /// Offsets of the encoders, in counts, under which the angles of the run were measured.
@@ -111,7 +108,6 @@ impl Outcome {
             links: Links::default(),
             clocks: Clocks::default(),
             overflowed: 0,
-            states: Vec::new(),
             task: Task::Control,
             offsets: [0; AXES],
             serials: [0; AXES],

@@ -29,7 +29,11 @@ impl<L: Link> ControlLoop<'_, L> {
                 };
                 ([0.0; AXES], now.map(word))
             }
-            Phase::Lifting(mover) | Phase::Landing(mover) => (mover.tau, self.kept_enabled()),
+            Phase::Lifting(mover) => (mover.tau, self.kept_enabled(&[false; AXES])),
+            Phase::Landing(mover) => {
+                let (tau, blind) = (mover.tau, mover.blind);
+                (tau, self.kept_enabled(&blind))
+            }
             Phase::Disabling(disabling) => ([0.0; AXES], [disabling.next(); AXES]),
         }
     }

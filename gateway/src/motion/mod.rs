@@ -54,7 +54,7 @@ pub struct Mover {
     mechanics: Mechanics,
     path: Path,
     rest: Axes,
-    /// Axes without a trusted encoder: they get the holding torque of the path, and the push, alone.
+    /// Axes whose feedback is not used: they get the push alone. In a landing their drives brake them, without power.
     pub blind: [bool; AXES],
     pub push: Axes,
     /// Torques of the motion by a model of the machine [N m]. None: the line through two known poses alone.
@@ -149,7 +149,7 @@ impl Mover {
             // anti-windup: at the limit the sum may only lead away from it
             let saturated = wanted.abs() > most && (sum - self.e_sum[k]) * wanted > 0.0;
             self.e_sum[k] = if saturated { self.e_sum[k] } else { sum };
-            let open = (hold[k] + self.push[k]).clamp(-most, most);
+            let open = self.push[k].clamp(-most, most);
             self.tau[k] = if self.blind[k] { open } else { wanted.clamp(-most, most) };
         }
         (self.e, self.e_last) = (e, Some(e));

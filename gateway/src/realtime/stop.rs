@@ -81,6 +81,11 @@ fn set<const N: usize>(signals: [(libc::c_int, libc::sighandler_t); N]) {
     }
 }
 
+/// A request of the program itself.
+pub fn request() {
+    REQUESTED.store(true, Ordering::Relaxed);
+}
+
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

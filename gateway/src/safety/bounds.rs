@@ -14,7 +14,8 @@ pub struct Bounds {
     pub high: [f64; AXES],
     /// Largest following error of each axis [rad].
     pub following_error: [f64; AXES],
-    /// Axes whose encoder is known to be wrong: their motion is not judged.
+    /// Axes whose encoder or drive is known to be wrong, and has no power: their motion, the state of their drive and
+    /// what it gives are not judged.
     pub blind: [bool; AXES],
     /// An axis may be held by its end stop: constant counts are no fault.
     pub may_stand: bool,

@@ -111,7 +111,8 @@ impl Safety {
             self.history.skip(m.skipped);
         }
         let shown = (self.rules.bounds.powered, self.complete(m));
-        let torques = self.monitors.judge(m, &self.rules.config, shown, &self.shares);
+        let blind = &self.rules.bounds.blind;
+        let torques = self.monitors.judge(m, (&self.rules.config, blind), shown, &self.shares);
         let trip = self
             .wire(m)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
@@ -152,6 +153,9 @@ impl Safety {
             // an absent device shows AL status 0: the working counter rule covers it
             if al != 0 && al & al::STATE != al::OP {
                 return trip(Reason::AlState, al.into(), al::OP.into());
+            }
+            if self.rules.bounds.blind[k] {
+                continue;
             }
             if al != 0 && status & cia402::FAULT_BIT != 0 {
                 return trip(Reason::DriveFault, m.error_code[k], 0);

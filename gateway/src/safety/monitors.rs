@@ -68,7 +68,7 @@ impl Monitors {
     pub fn judge(
         &mut self,
         m: &Measured,
-        config: &Config,
+        (config, blind): (&Config, &[bool; AXES]),
         (powered, complete): (bool, bool),
         shares: &Shares,
     ) -> Option<Trip> {
@@ -91,7 +91,7 @@ impl Monitors {
                 over(Reason::TorqueStep, m.tau[k] - sent[k], l.torque_step * cycles);
             }
             // a current follows its command within a cycle
-            if let (Some(before), true, 0) = (before, complete, m.skipped) {
+            if let (Some(before), true, 0, false) = (before, complete, m.skipped, blind[k]) {
                 let off = self.measured.note(k, m.tau_meas[k] - before[k]);
                 over(Reason::MeasuredTorque, off, l.measured_torque);
             }

@@ -50,12 +50,12 @@ pub fn of_motion(trip: &Trip, reactions: &Reactions) -> ReactionKind {
 pub enum InLanding {
     /// It is told, and the landing goes on: drives and encoders are sound.
     GoOn,
-    /// The landing goes on without the encoder of this axis.
+    /// The landing goes on by the other axes, while the drive of this one brakes it.
     Blind(usize),
     TakePower(ReactionKind),
 }
 
-/// `kind`: the configured reaction to this reason; `blind`: axes that land without an encoder already.
+/// `kind`: the configured reaction to this reason; `blind`: axes that are braked by their drives already.
 pub fn in_landing(trip: &Trip, kind: ReactionKind, blind: &[bool; AXES]) -> InLanding {
     match (trip.reason, trip.axis) {
         // a fall is worse than a late cycle, a warm motor or a pose on the way that is near a singular one; where the

@@ -47,7 +47,7 @@ fn disabled_is_what_a_reply_of_this_drive_says() {
 }
 
 #[test]
-fn a_landing_goes_on_only_while_five_encoders_and_all_drives_are_sound() {
+fn a_landing_goes_on_only_while_five_axes_are_sound() {
     use ReactionKind::{Damp, Land, QuickStop, Zero};
     let reasons =
         [Reason::Jump, Reason::Speed, Reason::Overrun, Reason::Singular, Reason::DriveFault];

@@ -2,6 +2,7 @@
 
 use std::sync::mpsc::{Receiver, TryRecvError};
 
+use super::arrivals::Arrivals;
 use super::step::{Axes, Leg, Seen, Step};
 
 /// Orders that may wait while the machine moves.
@@ -18,12 +19,13 @@ pub struct Jog {
     now: Axes,
     /// Of a bounded channel: nothing is allocated when it is read.
     orders: Receiver<Order>,
+    arrivals: Arrivals,
 }
 
 impl Jog {
     /// From the first pose on.
-    pub fn new(first: Axes, orders: Receiver<Order>) -> Jog {
-        Jog { now: first, orders }
+    pub fn new(first: Axes, orders: Receiver<Order>, arrivals: Arrivals) -> Jog {
+        Jog { now: first, orders, arrivals }
     }
 
     pub fn begin(&mut self, rest: &Axes) -> Leg {
@@ -34,8 +36,10 @@ impl Jog {
         if seen.left > 0 {
             return Step::Stay;
         }
+        self.arrivals.tell(&self.now, seen);
         match self.orders.try_recv() {
             Ok(Order::To(pose)) => {
+                self.arrivals.leave();
                 let from = std::mem::replace(&mut self.now, pose);
                 Step::Go(Leg::new(from, pose))
             }
@@ -56,7 +60,8 @@ mod tests {
     fn orders_are_taken_one_after_the_other_and_silence_lands() {
         let (sender, orders) = sync_channel(ORDERS);
         let zero = [0.0; AXES];
-        let mut jog = Jog::new(zero, orders);
+        let (arrivals, told) = Arrivals::new(ORDERS);
+        let mut jog = Jog::new(zero, orders, arrivals);
         let seen = |left| Seen { complete: true, theta: &zero, tau_meas: &zero, r: &zero, left };
         assert_eq!(jog.begin(&[-0.3; AXES]), Leg::new([-0.3; AXES], zero));
         sender.send(Order::To([0.1; AXES])).unwrap();
@@ -67,5 +72,7 @@ mod tests {
         assert_eq!(jog.step(&seen(0)), Step::Stay);
         drop(sender);
         assert_eq!(jog.step(&seen(0)), Step::Over);
+        let poses: Vec<_> = told.try_iter().map(|arrived| arrived.pose).collect();
+        assert_eq!(poses, [zero, [0.1; AXES], [0.2; AXES]], "each is told once");
     }
 }

@@ -1,6 +1,7 @@
 //! What leads the machine in the place of the controller: poses, a person, end stops, pushes. A task sees what a
 //! cycle measured and says what comes next; it uses no sockets, clocks or FMUs.
 
+mod arrivals;
 mod failure;
 mod jog;
 mod nudges;
@@ -8,6 +9,7 @@ mod poses;
 mod step;
 mod stops;
 
+pub use arrivals::{Arrivals, Arrived};
 pub use failure::Failure;
 pub use jog::{Jog, Order, ORDERS};
 pub use nudges::Nudges;

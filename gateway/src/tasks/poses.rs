@@ -1,5 +1,6 @@
 //! From pose to pose; each is held, and what it takes is measured.
 
+use super::arrivals::Arrivals;
 use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
@@ -21,13 +22,14 @@ pub struct Poses {
     /// Pose that is moved to or held.
     now: usize,
     pub stood: Vec<Stood>,
+    arrivals: Arrivals,
 }
 
 impl Poses {
-    pub fn new(list: Vec<Axes>, hold: f64, base_step: f64) -> Poses {
+    pub fn new(list: Vec<Axes>, hold: f64, base_step: f64, arrivals: Arrivals) -> Poses {
         // its memory is taken before the run
         let stood = Vec::with_capacity(list.len());
-        Poses { list, hold, half: hold / 2.0 / base_step, now: 0, stood }
+        Poses { list, hold, half: hold / 2.0 / base_step, now: 0, stood, arrivals }
     }
 
     pub fn begin(&mut self, rest: &Axes) -> Option<Leg> {
@@ -36,6 +38,10 @@ impl Poses {
 
     pub fn step(&mut self, seen: &Seen) -> Step {
         let Some(now) = self.list.get(self.now).copied() else { return Step::Over };
+        // the way is over, and the pause begins
+        if f64::from(seen.left) <= 2.0 * self.half {
+            self.arrivals.tell(&now, seen);
+        }
         if seen.complete && f64::from(seen.left) <= self.half {
             self.note(now, seen);
         }
@@ -43,6 +49,7 @@ impl Poses {
             return Step::Stay;
         }
         self.now += 1;
+        self.arrivals.leave();
         match self.list.get(self.now) {
             Some(next) => Step::Go(Leg::new(now, *next).holding(self.hold)),
             None => Step::Over,

@@ -3,11 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use tempfile::TempDir;
-
 use crate::component::Component;
 use crate::drives::Drives;
 use crate::error::Error;
+use crate::folder::Folder;
 use crate::inline::{check_finite, Inline};
 use crate::layout::Layout;
 use crate::options::{Late, Options};
@@ -15,7 +14,6 @@ use crate::state::State;
 use crate::system::System;
 use crate::threaded::{self, Threaded};
 use crate::trip::Trip;
-use crate::watch::Watch;
 use crate::wiring::find;
 use crate::worker::Outcome;
 
@@ -32,7 +30,7 @@ pub struct Controller {
     late: u64,
     tripped: Option<Trip>,
     options: Options,
-    _folder: Arc<TempDir>,
+    _folder: Arc<Folder>,
 }
 
 impl Controller {
@@ -183,11 +181,6 @@ impl Controller {
         let bus = self.inline.bus();
         let all = self.faults.iter().map(|(component, slot)| (component, bus[*slot]));
         all.filter(|(_, fault)| *fault != 0.0)
-    }
-
-    /// Tells another thread which component computes.
-    pub fn watch(&self) -> Arc<Watch> {
-        self.inline.watch()
     }
 
     /// The states of all components with a thread of their own, or why one has none. `wait`: longest

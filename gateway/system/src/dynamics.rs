@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use tempfile::TempDir;
-
 use crate::component::Component;
 use crate::error::Error;
+use crate::folder::Folder;
 use crate::inline::Inline;
 use crate::kinematics::{fed, wired};
 use crate::layout::Layout;
@@ -32,16 +31,17 @@ pub struct Dynamics {
     /// Base steps from inputs to torques.
     steps: i64,
     now: i64,
-    _folder: Arc<TempDir>,
+    _folder: Arc<Folder>,
 }
 
 impl Dynamics {
-    /// `reference`, `feedforward`: the signals of the wanted angles and of the model's torques. None: the one is not
-    /// computed from the other by two components.
+    /// `reference`, `feedforward`: the signals of the wanted angles and of the model's torques. `purpose`: end of the
+    /// instances' names, which no others have. None: the one is not computed from the other by two components.
     pub fn of(
         system: &System,
         reference: &str,
         feedforward: &str,
+        purpose: &str,
     ) -> Result<Option<Dynamics>, Error> {
         let model = feedforward.split_once('.').and_then(|(name, variable)| {
             let component = system.component(name)?;
@@ -58,7 +58,8 @@ impl Dynamics {
         }
         let members = [kinematics, model];
         let layout = Layout::new(system, &members);
-        let mut inline = Inline::beside(system, &members, &layout, "model")?;
+        let purpose = format!("model{purpose}");
+        let mut inline = Inline::beside(system, &members, &layout, &purpose)?;
         starts(system, model, kinematics, (&layout, inline.bus_mut()));
         let mut inputs = [[0; AXES]; 3];
         for (slots, name) in inputs.iter_mut().zip(["theta", "thetad", "thetadd"]) {

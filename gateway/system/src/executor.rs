@@ -6,53 +6,9 @@ use std::ptr::{null, null_mut, NonNull};
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::ffi::{self, Binary, Description, Functions, Variables};
-use crate::fmu::Fmu;
-use crate::variables::{Kind, Variable};
+use crate::ffi::{self, Binary, Description, Functions};
+use crate::unit::{Sorted, Unit};
 use crate::watch::Watch;
-
-/// One FMU instance in the form of the executor.
-pub(crate) struct Unit {
-    pub name: String,
-    pub fmu: Arc<Fmu>,
-    pub period: i64,
-    pub parameters: Sorted,
-    /// Of the parameters.
-    pub values: Vec<f64>,
-    pub inputs: Sorted,
-    /// Bus slots of the inputs.
-    pub sources: Vec<usize>,
-    /// From the bus slot `slot` on.
-    pub outputs: Sorted,
-    pub slot: usize,
-}
-
-/// Value references of variables in the order of their types, and how many there are of each.
-pub(crate) struct Sorted {
-    references: Vec<u32>,
-    counts: [usize; 3],
-}
-
-impl Sorted {
-    /// variables: in the order of their types.
-    pub fn of(variables: &[&Variable]) -> Sorted {
-        let count = |kind| variables.iter().filter(|v| v.kind == kind).count();
-        Sorted {
-            references: variables.iter().map(|v| v.reference).collect(),
-            counts: [count(Kind::Real), count(Kind::Integer), count(Kind::Boolean)],
-        }
-    }
-
-    pub fn len(&self) -> usize {
-        self.references.len()
-    }
-
-    /// Points into this value's heap memory.
-    fn raw(&self) -> Variables {
-        let [n_reals, n_integers, n_booleans] = self.counts;
-        Variables { n_reals, n_integers, n_booleans, references: self.references.as_ptr() }
-    }
-}
 
 /// Memory that the C side points to while the executor lives.
 struct Kept {
@@ -79,6 +35,9 @@ pub(crate) struct Executor {
     n_units: usize,
     _descriptions: Box<[Description]>,
     kept: Vec<Kept>,
+    /// Its names: of each unit, then of all. Who steps the units says so here: another thread
+    /// than that of the cycle may be late.
+    watch: Arc<Watch>,
 }
 
 // SAFETY: FMI 2.0 lets any thread call an instance, one at a time, which `&mut self` ensures;
@@ -88,17 +47,21 @@ unsafe impl Send for Executor {}
 impl Executor {
     /// Instantiates and initialises all units.
     pub fn open(units: Vec<Unit>, n_slots: usize, base: f64) -> Result<Executor, Error> {
-        let names: Vec<_> = units.iter().map(|unit| unit.name.as_str()).collect();
-        let names = format!("{}{}", if names.len() > 1 { "one of " } else { "" }, names.join(", "));
-        let kept = units.into_iter().map(Kept::new).collect::<Result<Vec<_>, _>>()?;
+        let mut names: Vec<_> = units.iter().map(|unit| unit.name.clone()).collect();
+        names.push(format!("{}{}", if units.len() > 1 { "one of " } else { "" }, names.join(", ")));
+        let watch = Watch::new(names);
+        let load = |(k, unit)| {
+            watch.begin(k);
+            Kept::new(unit)
+        };
+        let kept = units.into_iter().enumerate().map(load).collect::<Result<Vec<_>, _>>()?;
         let descriptions: Box<[Description]> = kept.iter().map(Kept::description).collect();
         for (k, unit) in kept.iter().enumerate() {
             let end = unit.slot + unit.outputs.len();
             let inside = end <= n_slots && unit.sources.iter().all(|s| *s < n_slots);
             assert!(inside && unit.period > 0, "unit {k} leaves the bus");
         }
-        let opening = Watch::new(vec![names]);
-        opening.begin(0);
+        watch.begin(kept.len());
         let mut message = [0u8; 1024];
         // SAFETY: descriptions and what they point to are kept in the returned value, on the
         // heap, unchanged; every slot is inside the bus (asserted); message has the size given.
@@ -115,6 +78,7 @@ impl Executor {
                 message.len(),
             )
         };
+        watch.end();
         match NonNull::new(raw) {
             Some(raw) => Ok(Executor {
                 raw,
@@ -122,6 +86,7 @@ impl Executor {
                 n_units: kept.len(),
                 _descriptions: descriptions,
                 kept,
+                watch,
             }),
             None => Err(Error::new(mended(text(&message)))),
         }
@@ -148,11 +113,23 @@ impl Executor {
         unsafe { ffi::executor_advance(self.raw.as_ptr(), unit, n) }
     }
 
-    /// Instance of a unit, and the binary that its functions are in.
-    pub fn instance(&mut self, unit: usize) -> (*mut c_void, &Binary) {
+    /// Calls of an instance by functions of its binary, watched.
+    pub fn with_instance<T>(
+        &mut self,
+        unit: usize,
+        calls: impl FnOnce(*mut c_void, &Binary) -> T,
+    ) -> T {
         assert!(unit < self.n_units);
         // SAFETY: the executor is open and the unit exists.
-        (unsafe { ffi::executor_instance(self.raw.as_ptr(), unit) }, &self.kept[unit].binary)
+        let instance = unsafe { ffi::executor_instance(self.raw.as_ptr(), unit) };
+        self.watch.begin(unit);
+        let out = calls(instance, &self.kept[unit].binary);
+        self.watch.end();
+        out
+    }
+
+    pub fn watch(&self) -> &Watch {
+        &self.watch
     }
 
     /// Message of the last call that failed.
@@ -179,8 +156,11 @@ impl Executor {
 
 impl Drop for Executor {
     fn drop(&mut self) {
+        self.watch.begin(self.n_units);
         // SAFETY: opened by `executor_open`, closed once; binaries are unloaded after this.
         unsafe { ffi::executor_close(self.raw.as_ptr()) }
+        self.kept.clear();
+        self.watch.end();
     }
 }
 

@@ -5,16 +5,15 @@
 //! period take turns and no base step computes all of them.
 
 use std::ops::Range;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::executor::{Executor, Unit};
+use crate::executor::Executor;
 use crate::layout::Layout;
 use crate::system::System;
 use crate::trip::Trip;
-use crate::watch::Watch;
+use crate::unit::Unit;
 
 /// A component with its place on the bus.
 struct Member {
@@ -28,7 +27,6 @@ struct Member {
 pub(crate) struct Inline {
     executor: Executor,
     members: Vec<Member>,
-    watch: Arc<Watch>,
 }
 
 impl Inline {
@@ -65,12 +63,7 @@ impl Inline {
         };
         let members: Vec<_> = units.iter().zip(turns).map(member).collect();
         let executor = Executor::open(units, layout.names.len(), system.base_step())?;
-        let names = members.iter().map(|member| member.name.clone()).collect();
-        Ok(Inline { executor, members, watch: Watch::new(names) })
-    }
-
-    pub fn watch(&self) -> Arc<Watch> {
-        Arc::clone(&self.watch)
+        Ok(Inline { executor, members })
     }
 
     pub fn bus(&self) -> &[f64] {
@@ -84,8 +77,15 @@ impl Inline {
     /// Components due at n take their inputs; those whose turn it is step from their tick to one
     /// period after it.
     pub fn step(&mut self, n: i64, limit: Option<Duration>) -> Result<(), Trip> {
+        let stepped = self.step_each(n, limit);
+        self.executor.watch().end();
+        stepped
+    }
+
+    fn step_each(&mut self, n: i64, limit: Option<Duration>) -> Result<(), Trip> {
         let mut begin = limit.map(|_| Instant::now());
         for (k, member) in self.members.iter().enumerate() {
+            self.executor.watch().begin(k);
             if n % member.period == 0 && !self.executor.feed(k, n) {
                 return Err(Trip::refused(&member.name, n, self.executor.message()));
             }
@@ -93,10 +93,7 @@ impl Inline {
             if tick % member.period != 0 {
                 continue;
             }
-            self.watch.begin(k);
-            let stepped = self.executor.advance(k, tick);
-            self.watch.end();
-            if !stepped {
+            if !self.executor.advance(k, tick) {
                 return Err(Trip::refused(&member.name, n, self.executor.message()));
             }
             if let (Some(limit), Some(started)) = (limit, begin) {
@@ -112,10 +109,17 @@ impl Inline {
 
     /// Components due at n publish their outputs, which must be finite.
     pub fn publish(&mut self, n: i64, layout: &Layout) -> Result<(), Trip> {
+        let published = self.publish_each(n, layout);
+        self.executor.watch().end();
+        published
+    }
+
+    fn publish_each(&mut self, n: i64, layout: &Layout) -> Result<(), Trip> {
         for (k, member) in self.members.iter().enumerate() {
             if n % member.period != 0 {
                 continue;
             }
+            self.executor.watch().begin(k);
             if !self.executor.publish(k, n) {
                 return Err(Trip::refused(&member.name, n, self.executor.message()));
             }

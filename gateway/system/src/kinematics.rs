@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use tempfile::TempDir;
-
 use crate::component::Component;
 use crate::error::Error;
+use crate::folder::Folder;
 use crate::inline::Inline;
 use crate::layout::Layout;
 use crate::system::System;
@@ -29,7 +28,7 @@ pub struct Kinematics {
     fault: usize,
     period: i64,
     now: i64,
-    _folder: Arc<TempDir>,
+    _folder: Arc<Folder>,
 }
 
 /// How fast the platform moves while an axis turns: of its position [m/rad], of its orientation [rad/rad].
@@ -50,11 +49,16 @@ impl Gain {
 }
 
 impl Kinematics {
-    /// `reference`: the signal of the wanted angles, "reference.r". None: nothing computes the platform from it.
-    pub fn of(system: &System, reference: &str) -> Result<Option<Kinematics>, Error> {
+    /// `reference`: the signal of the wanted angles, "reference.r". `purpose`: end of the instance's name, which no other
+    /// has. None: nothing computes the platform from it.
+    pub fn of(
+        system: &System,
+        reference: &str,
+        purpose: &str,
+    ) -> Result<Option<Kinematics>, Error> {
         let Some(component) = fed(system, reference) else { return Ok(None) };
         let layout = Layout::new(system, &[component]);
-        let inline = Inline::beside(system, &[component], &layout, "gain")?;
+        let inline = Inline::beside(system, &[component], &layout, &format!("gain{purpose}"))?;
         let name = component.name().to_owned();
         let output = |variable: &str| {
             let slot = layout.find(&name, &format!("xd.{variable}"));

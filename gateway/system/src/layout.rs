@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::executor::{Sorted, Unit};
 use crate::system::System;
+use crate::unit::{Sorted, Unit};
 use crate::variables::{Causality, Kind, Variable};
 
 /// Signals "component.variable" in the order of the bus.

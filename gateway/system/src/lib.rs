@@ -11,6 +11,7 @@ mod error;
 mod executor;
 mod ffi;
 mod fmu;
+mod folder;
 mod guard;
 mod inline;
 mod kinematics;
@@ -25,6 +26,7 @@ mod structure;
 mod system;
 mod threaded;
 mod trip;
+mod unit;
 mod value;
 mod variables;
 mod watch;
@@ -48,7 +50,7 @@ pub use system::System;
 pub use trip::{Trip, What};
 pub use value::Value;
 pub use variables::{Causality, Variable};
-pub use watch::{busy, Watch};
+pub use watch::hanging;
 pub use worker::ThreadHook;
 
 #[cfg(test)]

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use tempfile::TempDir;
-
 use crate::component::Component;
 use crate::dynamics::Motion;
 use crate::error::Error;
+use crate::folder::Folder;
 use crate::inline::Inline;
 use crate::kinematics::{fed, wired};
 use crate::layout::Layout;
@@ -20,7 +19,7 @@ pub struct Planned {
     /// Angles, rates, accelerations.
     outputs: [[usize; AXES]; 3],
     now: i64,
-    _folder: Arc<TempDir>,
+    _folder: Arc<Folder>,
 }
 
 impl Planned {

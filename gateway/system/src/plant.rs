@@ -3,11 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use tempfile::TempDir;
-
 use crate::component::Component;
 use crate::drives::{array, Drives};
 use crate::error::Error;
+use crate::folder::Folder;
 use crate::inline::Inline;
 use crate::layout::Layout;
 use crate::system::System;
@@ -21,7 +20,7 @@ pub struct Plant {
     layout: Layout,
     drives: Drives,
     now: i64,
-    _folder: Arc<TempDir>,
+    _folder: Arc<Folder>,
 }
 
 impl Plant {

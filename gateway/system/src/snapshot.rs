@@ -5,7 +5,7 @@ use std::ptr::null_mut;
 
 use crate::error::Error;
 use crate::executor::Executor;
-use crate::ffi::StateFunctions;
+use crate::ffi::{Binary, StateFunctions};
 
 const NO_STATE: &str = "the FMU cannot save its state (no fmi2SerializeFMUstate)";
 /// `fmi2OK` and `fmi2Warning`; whatever is greater is an error.
@@ -13,7 +13,10 @@ const MOST_GOOD: c_int = 1;
 
 /// The state of a unit between two steps.
 pub(crate) fn save(executor: &mut Executor, unit: usize) -> Result<Vec<u8>, Error> {
-    let (instance, binary) = executor.instance(unit);
+    executor.with_instance(unit, saved)
+}
+
+fn saved(instance: *mut c_void, binary: &Binary) -> Result<Vec<u8>, Error> {
     let call = binary.state_functions().ok_or_else(|| Error::new(NO_STATE))?;
     let mut state = null_mut();
     // SAFETY: the instance lives as long as the executor, which is borrowed exclusively; the FMU
@@ -26,15 +29,18 @@ pub(crate) fn save(executor: &mut Executor, unit: usize) -> Result<Vec<u8>, Erro
 
 /// Puts a unit into a state that `save` gave; its own time then goes on from there.
 pub(crate) fn restore(executor: &mut Executor, unit: usize, bytes: &[u8]) -> Result<(), Error> {
-    let (instance, binary) = executor.instance(unit);
+    executor.with_instance(unit, |instance, binary| put(instance, binary, bytes))
+}
+
+fn put(instance: *mut c_void, binary: &Binary, bytes: &[u8]) -> Result<(), Error> {
     let call = binary.state_functions().ok_or_else(|| Error::new(NO_STATE))?;
     let mut state = null_mut();
-    // SAFETY: as in `save`; pointer and length are those of one slice.
+    // SAFETY: as in `saved`; pointer and length are those of one slice.
     let status = unsafe { (call.of_bytes)(instance, bytes.as_ptr(), bytes.len(), &mut state) };
     good("fmi2DeSerializeFMUstate", status).map_err(|why| {
         Error::new(format!("the saved state is damaged ({why}): start without it"))
     })?;
-    // SAFETY: as in `save`; the state is the one that the FMU has just made.
+    // SAFETY: as in `saved`; the state is the one that the FMU has just made.
     let set = good("fmi2SetFMUstate", unsafe { (call.set)(instance, state) });
     free(&call, instance, state);
     set
@@ -46,10 +52,10 @@ fn serialised(
     state: *mut c_void,
 ) -> Result<Vec<u8>, Error> {
     let mut size = 0;
-    // SAFETY: as in `save`; the FMU writes the size.
+    // SAFETY: as in `saved`; the FMU writes the size.
     good("fmi2SerializedFMUstateSize", unsafe { (call.size)(instance, state, &mut size) })?;
     let mut bytes = vec![0; size];
-    // SAFETY: as in `save`; pointer and size are those of one vector.
+    // SAFETY: as in `saved`; pointer and size are those of one vector.
     let status = unsafe { (call.to_bytes)(instance, state, bytes.as_mut_ptr(), size) };
     good("fmi2SerializeFMUstate", status).map(|()| bytes)
 }

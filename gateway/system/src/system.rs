@@ -4,12 +4,11 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use tempfile::TempDir;
-
 use crate::archive::{limited, Archive};
 use crate::component::Component;
 use crate::error::Error;
 use crate::fmu::Fmu;
+use crate::folder::Folder;
 use crate::ssd;
 use crate::structure::{Element, Setting, Structure, Wire};
 use crate::value::Value;
@@ -22,15 +21,14 @@ pub struct System {
     base: f64,
     components: Vec<Component>,
     wires: Vec<Wire>,
-    folder: Arc<TempDir>,
+    folder: Arc<Folder>,
 }
 
 impl System {
     pub fn open(path: &Path) -> Result<System, Error> {
         let mut archive = Archive::open(path)?;
         let structure = ssd::read(&mut archive)?;
-        let folder = TempDir::with_prefix("flexhex-")
-            .map_err(|e| Error::new(format!("a temporary folder cannot be created ({e})")))?;
+        let folder = Folder::new()?;
         let fmus = open_fmus(&mut archive, &structure.elements, folder.path())?;
         let at = |e: Error| e.at(path.display());
         let base = base_step(&structure, &fmus).map_err(at)?;
@@ -65,7 +63,7 @@ impl System {
         &self.wires
     }
 
-    pub(crate) fn folder(&self) -> Arc<TempDir> {
+    pub(crate) fn folder(&self) -> Arc<Folder> {
         Arc::clone(&self.folder)
     }
 

@@ -1,54 +1,73 @@
-//! Which FMU computes at the moment, for another thread that sees it take too long.
+//! Which FMU is called at the moment, for another thread that sees it take too long.
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Every watch of this process.
 static ALL: Mutex<Vec<Weak<Watch>>> = Mutex::new(Vec::new());
+/// No component is called.
+const IDLE: usize = usize::MAX;
 
-/// Which of some components computes.
+/// Which of some components is called.
 #[derive(Debug)]
-pub struct Watch {
+pub(crate) struct Watch {
     names: Vec<String>,
     busy: AtomicUsize,
     calls: AtomicU64,
+    /// Number of the call at the last look, and looks in a row at which it went on.
+    seen: AtomicU64,
+    looks: AtomicU32,
 }
 
 impl Watch {
-    pub(crate) fn new(names: Vec<String>) -> Arc<Watch> {
-        let (busy, calls) = (AtomicUsize::new(usize::MAX), AtomicU64::new(0));
-        let watch = Arc::new(Watch { names, busy, calls });
+    pub fn new(names: Vec<String>) -> Arc<Watch> {
+        let watch = Arc::new(Watch {
+            names,
+            busy: AtomicUsize::new(IDLE),
+            calls: AtomicU64::new(0),
+            seen: AtomicU64::new(0),
+            looks: AtomicU32::new(0),
+        });
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|known| known.strong_count() > 0);
         all.push(Arc::downgrade(&watch));
         watch
     }
 
-    /// None between two steps.
-    pub fn component(&self) -> Option<&str> {
-        self.names.get(self.busy.load(Ordering::Relaxed)).map(String::as_str)
-    }
-
-    /// Number of the newest step.
-    pub fn calls(&self) -> u64 {
-        self.calls.load(Ordering::Relaxed)
-    }
-
-    pub(crate) fn begin(&self, member: usize) {
+    /// A call begins, or goes over to another component.
+    pub fn begin(&self, member: usize) {
         self.calls.fetch_add(1, Ordering::Relaxed);
         self.busy.store(member, Ordering::Relaxed);
     }
 
-    pub(crate) fn end(&self) {
-        self.busy.store(usize::MAX, Ordering::Relaxed);
+    pub fn end(&self) {
+        self.busy.store(IDLE, Ordering::Relaxed);
+    }
+
+    /// Looks in a row at which the same call went on; the component.
+    fn look(&self) -> (u32, &str) {
+        let calls = self.calls.load(Ordering::Relaxed);
+        let name = self.names.get(self.busy.load(Ordering::Relaxed));
+        let same = self.seen.swap(calls, Ordering::Relaxed) == calls;
+        let looks = match name {
+            Some(_) if same => self.looks.load(Ordering::Relaxed) + 1,
+            _ => 0,
+        };
+        self.looks.store(looks, Ordering::Relaxed);
+        (looks, name.map_or("", String::as_str))
     }
 }
 
-/// The watches whose components compute, of all that are open in this process.
-pub fn busy() -> Vec<Arc<Watch>> {
+/// A look at all calls of FMUs that go on: the component of one that went on at so many looks in a row.
+/// For one thread, which looks at intervals. Steps of components with a thread of their own are not seen here.
+pub fn hanging(looks: u32) -> Option<String> {
     let all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
-    let open = all.iter().filter_map(Weak::upgrade);
-    open.filter(|watch| watch.component().is_some()).collect()
+    let open: Vec<_> = all.iter().filter_map(Weak::upgrade).collect();
+    drop(all);
+    // every one is looked at, whichever hangs
+    let seen: Vec<_> = open.iter().map(|watch| watch.look()).collect();
+    let hangs = seen.into_iter().find(|(so_many, _)| *so_many >= looks);
+    hangs.map(|(_, name)| name.to_owned())
 }
 
 #[cfg(test)]
@@ -56,16 +75,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_computes_is_busy() {
-        let found = || busy().into_iter().filter(|watch| watch.names[0] == "this test").count();
+    fn only_a_call_that_goes_on_hangs() {
         let watch = Watch::new(vec!["this test".to_owned(), "F".to_owned()]);
-        assert_eq!((found(), watch.component()), (0, None));
-        watch.begin(1);
-        assert_eq!((found(), watch.component(), watch.calls()), (1, Some("F"), 1));
-        watch.end();
-        assert_eq!(found(), 0);
+        let seen = |act: &dyn Fn()| {
+            act();
+            watch.look()
+        };
+        assert_eq!(seen(&|| {}), (0, ""), "nothing is called");
+        assert_eq!(seen(&|| watch.begin(1)), (0, "F"));
+        assert_eq!(seen(&|| {}), (1, "F"));
+        assert_eq!(seen(&|| watch.begin(0)), (0, "this test"), "another call");
+        assert_eq!(seen(&|| {}), (1, "this test"));
+        assert_eq!(hanging(2).as_deref(), Some("this test"));
+        assert_eq!(seen(&|| watch.end()), (0, ""));
         watch.begin(0);
         drop(watch);
-        assert_eq!(found(), 0, "what is closed is forgotten");
+        assert_eq!(hanging(0), None, "what is closed is forgotten");
     }
 }

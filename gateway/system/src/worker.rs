@@ -12,8 +12,9 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
-use crate::executor::{Executor, Unit};
+use crate::executor::Executor;
 use crate::snapshot;
+use crate::unit::Unit;
 
 /// Called in a new thread before it does anything, with the component's name: priority, CPU.
 pub type ThreadHook = Arc<dyn Fn(&str) + Send + Sync>;

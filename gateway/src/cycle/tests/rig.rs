@@ -129,13 +129,13 @@ pub fn run_with<L: Link>(
     let board = Board::new(columns.len());
     let options = RunOptions { cycles, dry_run: false, lockstep, reset_faults };
     let sinks = (sink, Preallocated::new(columns.len()));
-    let workspace = Workspace::open(config, &system).unwrap();
+    let workspace = Workspace::open(config, &system, "").unwrap();
     let parts = (controller, signals, mechanics, workspace);
     let base_step = system.base_step();
     let task = (options, crate::tasks::Task::Control);
     let mut control = ControlLoop::new(config, task, bus, parts, sinks, (&board, base_step));
     first(&mut control);
-    let out = control.run();
+    let (out, _) = control.run();
     let (mut row, mut rows) = (vec![0.0; columns.len()], Vec::new());
     while source.take(&mut row) {
         rows.push(row.clone());
