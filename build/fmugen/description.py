@@ -16,7 +16,6 @@ STOP = 10.0
 """End of the default experiment [s]: the reference rests for two seconds and moves then."""
 LOG_CATEGORIES = {
     "logStatusError": "refused calls and values",
-    "logStatusDiscard": "steps of a size that the FMU cannot take",
     "logStatusWarning": "faults that the FMU reports while it goes on",
     "logEvents": "instantiation, initialisation, reset",
 }
