@@ -200,7 +200,7 @@ def test_other_files_are_refused(data: Any, said: str, tmp_path: Path) -> None:
 def test_diagnosis_that_names_nothing_adds_nothing_and_says_so(
     verdict: str, tmp_path: Path
 ) -> None:
-    """`diagnose && identify --diagnosis`: exit code 0 of the first means that nothing is missing."""
+    """`diagnose && identify --diagnosis`: the first ends with 0 where nothing is missing."""
     read = read_diagnosis(written(tmp_path, {"verdict": verdict, "effects": []}))
     assert not read.listed
     assert not read.changed
