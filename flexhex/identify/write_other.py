@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import re
 from pathlib import Path
 
+from flexhex.diagnose.options import refuse_unwritable
 from flexhex.diagnosis.estimation.records import Identified
-from flexhex.fmus.common.errors import OutputError, UsageError
+from flexhex.fmus.common.errors import UsageError
 from flexhex.identify.other import identified_json
 
 TABLES = (".csv", ".json")
@@ -29,7 +29,7 @@ def checked_target(path: Path, base: str) -> None:
         )
     if is_robot(base) and path.resolve() == Path(base).resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
-    _refuse_unwritable(path, "--write")
+    refuse_unwritable(path, "--write")
 
 
 def checked_fmu(path: Path) -> None:
@@ -38,20 +38,14 @@ def checked_fmu(path: Path) -> None:
         raise UsageError(
             f"--fmu {path}: name a file like inverse.fmu, of letters, digits and underscores"
         )
-    _refuse_unwritable(path, "--fmu")
+    refuse_unwritable(path, "--fmu")
 
 
 def checked_motion(path: Path) -> None:
     """The same of the file of `--next`."""
     if path.suffix != ".csv":
         raise UsageError(f"--next {path}: name a file like next.csv")
-    _refuse_unwritable(path, "--next")
-
-
-def _refuse_unwritable(path: Path, option: str) -> None:
-    folder = path.resolve().parent
-    if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
-        raise OutputError(f"{option} {path}: cannot be written: name a file in a folder of yours")
+    refuse_unwritable(path, "--next")
 
 
 def write_identified(path: Path, identified: Identified) -> list[Path]:

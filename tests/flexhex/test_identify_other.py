@@ -81,6 +81,7 @@ WRONG = {
     "next": (["--next", "x.txt"], 2, "name a file like next.csv"),
     "fmu's name": (["--fmu", "my model.fmu"], 2, "letters, digits and underscores"),
     "fmu's folder": (["--fmu", "nowhere/x.fmu"], 3, "cannot be written"),
+    "nobody's folder": (["--fmu", "/proc/x.fmu"], 3, "--fmu /proc/x.fmu: cannot be written"),
     "twice": (["--held-out", "RUN"], 2, "name it once"),
 }
 
