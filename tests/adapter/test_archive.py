@@ -15,10 +15,10 @@ from lxml import etree
 
 from flexhex.fmugen import compile as compiling
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmus.common.errors import BuildError, InterfaceError, StartValueError
+from flexhex.fmus.common.errors import BuildError, InterfaceError
 from flexhex.fmus.common.interface import Interface, Variable
 from tests.adapter import toys
-from tests.adapter.slave import ERROR, OK, Binary, Slave
+from tests.adapter.slave import ERROR, Binary, Slave
 from tests.adapter.toys import VR
 from tests.conftest import OBJECTS
 
@@ -119,24 +119,6 @@ def test_numbers_read_back_exactly(tmp_path: Path) -> None:
     elements = [binary.xml.find(f".//ScalarVariable[@name='{name}']/Real") for name in names]
     assert tuple(float(element.get("start")) for element in elements) == odd
     slave.free()
-
-
-def test_elements_carry_their_own_least_values(tmp_path: Path) -> None:
-    least = (0.0, -math.inf, -2.0)
-    interface = changed(toys.interface(), "begin", least=least)
-    path = build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path, cache=OBJECTS)
-    binary = Binary(path, tmp_path / "unpacked")
-    slave, first = Slave(binary), VR["begin[1]"]
-    for k, low in enumerate(least):
-        element = binary.xml.find(f".//ScalarVariable[@name='begin[{k + 1}]']/Real")
-        assert float(element.get("min", -math.inf)) == low
-        assert slave.set([first + k], [-2.5]) == (ERROR if low > -2.5 else OK)
-        assert slave.set([first + k], [max(low, -2.5)]) == OK
-    assert slave.set([first, first + 1, first + 2], [1.0, -9.0, -2.5]) == ERROR
-    assert "begin[3] = -2.5 N m, allowed -2 to " in slave.said
-    slave.free()
-    with pytest.raises(StartValueError, match=r"begin\[1\] starts at 0.1 N m, allowed 0.2 to inf"):
-        changed(toys.interface(), "begin", least=(0.2, 0.0, 0.0))
 
 
 def test_elements_carry_their_own_units_and_names(tmp_path: Path) -> None:

@@ -8,10 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import fmpy
 import pytest
 
 from tests.adapter.slave import ERROR, OK, WARNING, Slave
-from tests.adapter.toys import VR
+from tests.adapter.toys import BASE, VR
 
 
 def switch(slave: Slave, on: bool, *categories: str) -> int:
@@ -132,3 +133,10 @@ def test_very_long_name_is_cut_not_written_beyond_the_end(make) -> None:
     slave = make("%" * 5000).initialise()
     assert slave.step(0.0, 1e-9) == ERROR
     assert len(slave.said) < 1100
+
+
+def test_fmpy_ends_at_a_step_that_is_not_whole(toy_fmu: Path) -> None:
+    """At fmi2Discard it asks for the same step again, without an end."""
+    step = 1.2 * BASE
+    with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2DoStep"):
+        fmpy.simulate_fmu(str(toy_fmu), stop_time=40 * BASE, step_size=step, output_interval=step)

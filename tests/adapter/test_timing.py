@@ -242,13 +242,6 @@ def test_fmpy_gives_the_same_rows(toy_fmu: Path, toy: Binary) -> None:
     slave.free()
 
 
-def test_fmpy_ends_at_a_step_that_is_not_whole(toy_fmu: Path) -> None:
-    """At fmi2Discard it asks for the same step again, without an end."""
-    step = 1.2 * BASE
-    with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2DoStep"):
-        fmpy.simulate_fmu(str(toy_fmu), stop_time=40 * BASE, step_size=step, output_interval=step)
-
-
 def test_wrong_twin_is_noticed(running: Slave) -> None:
     """The comparison above can fail: a twin that ticks at zero differs."""
     twin = Twin(2)
