@@ -26,6 +26,8 @@ from flexhex.diagnosis.runs.runs import runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+Given = Path | logs.Log
+"""A log, or the file that `Options.log` says how to read."""
 ONE_TRAJECTORY = "one trajectory only: no other motion can refute what is found on it"
 """A finding in the runs of a fit."""
 FIGURE = re.compile(
@@ -84,9 +86,9 @@ class RunSet:
 
 
 def run_set_of(
-    paths: Sequence[Path], held_out: Sequence[Path], machine_file: Path | None, options: Options
+    paths: Sequence[Given], held_out: Sequence[Given], machine_file: Path | None, options: Options
 ) -> tuple[Base, RunSet, str]:
-    """Runs of the files, and why nothing can be told from them, or nothing.
+    """Runs of the logs, and why nothing can be told from them, or nothing.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
@@ -95,8 +97,10 @@ def run_set_of(
         raise LogError("no run given: name at least one log")
     share = SAMPLES / (len(paths) + len(held_out))
     reading = replace(options.log, memory=min(options.log.memory, share))
-    ours = [logs.read_log(path, reading) for path in paths]
-    theirs = [logs.read_log(path, reading) for path in held_out]
+    ours, theirs = (
+        [one if isinstance(one, logs.Log) else logs.read_log(one, reading) for one in given]
+        for given in (paths, held_out)
+    )
     logs.refuse_copies([*ours, *theirs])
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)

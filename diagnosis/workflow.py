@@ -16,7 +16,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
 from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_bent_delay
-from flexhex.diagnosis.prepare import Options, RunSet, fitted, misfit, run_set_of
+from flexhex.diagnosis.prepare import Given, Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
@@ -47,8 +47,8 @@ def silent(text: str, done: int, total: int) -> None:
 
 
 def diagnose(
-    paths: Sequence[Path],
-    held_out: Sequence[Path] = (),
+    paths: Sequence[Given],
+    held_out: Sequence[Given] = (),
     machine_file: Path | None = None,
     options: Options = USUAL,
     progress: Progress = silent,

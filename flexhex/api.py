@@ -37,6 +37,7 @@ from flexhex.fmus.common.errors import (
     UsageError,
 )
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.python_words import in_python
 from flexhex.simulation.builder import Builder
 from flexhex.ssp import results
 from flexhex.ssp.executor import Parameters, run
@@ -188,6 +189,7 @@ def load_result(path: File) -> Result:
     return results.load(Path(path))
 
 
+@in_python
 def read_log(
     path: File,
     *,
@@ -205,11 +207,28 @@ def read_log(
     >>> log.theta.shape[1]
     6
     """
-    if isinstance(torque_constant, Sequence):
-        torque_constant = tuple(torque_constant)
-    return read(path, Options(torque_constant, units or {}, rename or {}))
+    return read(path, _reading(torque_constant, units, rename))
 
 
+def _reading(
+    constant: float | Sequence[float] | None,
+    units: Mapping[str, str] | None,
+    rename: Mapping[str, str] | None,
+) -> Options:
+    """How logs are read."""
+    constants = tuple(constant) if isinstance(constant, Sequence) else constant
+    return Options(constants, units or {}, rename or {})
+
+
+def _listed(name: str, logs: Sequence[Log | File]) -> list[Log | Path]:
+    """Logs and paths of an argument. UsageError for a single one."""
+    if isinstance(logs, str | Path | Log):
+        shown = repr(str(logs)) if isinstance(logs, str | Path) else "one log"
+        raise UsageError(f"{name} = {shown}: must be a list of logs or paths, [log]")
+    return [log if isinstance(log, Log) else Path(log) for log in logs]
+
+
+@in_python
 def identify_parameters(
     machine: Machine, logs: Sequence[Log | File], *, settle: float = 2.0
 ) -> Fit:
@@ -220,30 +239,34 @@ def identify_parameters(
     >>> fit = flexhex.identify_parameters(machine, ["result.h5"])
     >>> names = flexhex.parameter_names(machine)
     """
-    if isinstance(logs, str | Path | Log):
-        raise UsageError(f"logs = {logs!r}: must be a list of logs or paths, [log]")
-    given = [log if isinstance(log, Log) else read(log, Options()) for log in logs]
-    return fit(machine, given, settle)
+    given = _listed("logs", logs)
+    return fit(machine, [g if isinstance(g, Log) else read(g, Options()) for g in given], settle)
 
 
+@in_python
 def identify_runs(
-    runs: Sequence[File],
-    held_out: Sequence[File] = (),
+    runs: Sequence[Log | File],
+    held_out: Sequence[Log | File] = (),
     *,
     base: str,
     tolerance: Mapping[str, float] | None = None,
     joints: Sequence[str] = (),
     settle: float | None = None,
     diagnosis: Diagnosis | File | None = None,
+    torque_constant: float | Sequence[float] | None = None,
+    units: Mapping[str, str] | None = None,
+    rename: Mapping[str, str] | None = None,
 ) -> Identified:
     """Parameters of a robot, of axes or of a model of your own from measured runs, with 95 %
     intervals, as values that a machine can have (docs/identify.md).
 
-    runs: logs of one machine. held_out: logs that are not fitted. base: `axis` (each by itself),
+    runs: logs of one machine, as paths or as `read_log` gives them. held_out: logs that are not
+    fitted. base: `axis` (each by itself),
     `schunk`, a robot's file, or one of your own, `base.py:Arm`. tolerance: of a robot's file,
     `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. settle [s]: left
     out at the start of each run. diagnosis: one, or the diagnosis.json that `flexhex diagnose`
-    wrote; its effects are fitted with all parameters.
+    wrote; its effects are fitted with all parameters. torque_constant, units, rename: how paths
+    are read, as for `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -252,8 +275,9 @@ def identify_runs(
     """
     if base == "hexapod":
         raise UsageError("base = 'hexapod': use identify_parameters")
-    known = [Path(path) for path in runs], [Path(path) for path in held_out]
-    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
+    known = _listed("runs", runs), _listed("held_out", held_out)
+    reading = _reading(torque_constant, units, rename)
+    options = Search(base, reading, tolerance or {}, tuple(joints))
     more: Extras | None = None
     if isinstance(diagnosis, Diagnosis):
         more = extras_of(diagnosis.data(), "diagnosis")
@@ -262,25 +286,31 @@ def identify_runs(
     return identify(*known, None, options, settle, more=more)
 
 
+@in_python
 def diagnose_runs(
-    runs: Sequence[File],
-    held_out: Sequence[File] = (),
+    runs: Sequence[Log | File],
+    held_out: Sequence[Log | File] = (),
     *,
     machine: File | None = None,
     base: str = "hexapod",
     tolerance: Mapping[str, float] | None = None,
     joints: Sequence[str] = (),
     effects: Sequence[str] = (),
+    torque_constant: float | Sequence[float] | None = None,
+    units: Mapping[str, str] | None = None,
+    rename: Mapping[str, str] | None = None,
     progress: DiagnosisProgress = silent,
 ) -> Diagnosis:
     """Find effects that measured runs show and the model lacks.
 
-    runs: logs of one machine, several passes of several trajectories. held_out: logs of other
-    trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
-    for other bases. base: `hexapod`, `axis` (each by itself), `schunk`, a robot's file, or one of
-    your own, `base.py:Arm` (docs/own-base.md). tolerance: in place of the machine file's,
+    runs: logs of one machine, several passes of several trajectories, as paths or as `read_log`
+    gives them. held_out: logs of other trajectories, which are not fitted. machine: its machine
+    file; None is the T-Flex, and nothing for other bases. base: `hexapod`, `axis` (each by itself),
+    `schunk`, a robot's file, or one of your own, `base.py:Arm` (docs/own-base.md). tolerance: in
+    place of the machine file's,
     `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. effects: of your
-    own, `effect.py:GasSpring` (docs/own-effect.md), beside the library's.
+    own, `effect.py:GasSpring` (docs/own-effect.md), beside the library's. torque_constant, units,
+    rename: how paths are read, as for `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -291,8 +321,9 @@ def diagnose_runs(
     file = Path(machine) if machine is not None else None
     if file is None and base == "hexapod":
         file = machine_file()
-    known = [Path(path) for path in runs], [Path(path) for path in held_out]
-    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints), effects=tuple(effects))
+    known = _listed("runs", runs), _listed("held_out", held_out)
+    reading = _reading(torque_constant, units, rename)
+    options = Search(base, reading, tolerance or {}, tuple(joints), tuple(effects))
     return diagnose(*known, file, options, progress)
 
 

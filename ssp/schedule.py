@@ -24,7 +24,7 @@ from flexhex.ssp.signals import LoggedVariable
 TYPES = (("Real",), ("Integer", "Enumeration"), ("Boolean",))
 """What the executor passes by one function of FMI, in the order of its variables."""
 Progress = Callable[[float, float], None]
-_CATEGORIES = ("logStatusError", "logStatusDiscard", "logStatusWarning")
+_CATEGORIES = ("logStatusError", "logStatusWarning")
 
 
 class Schedule:

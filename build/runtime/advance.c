@@ -110,8 +110,8 @@ static bool is_past_stop(const flexhex_instance *m, double time, int64_t end) {
   return (double)end > last && !(time < stop && (double)m->head->step > last - 0.5);
 }
 
-/* What fmi2DoStep answers before anything is done. A size that cannot be taken is discarded, so
-   that an importer may try another one; the rest is a mistake. */
+/* What fmi2DoStep answers before anything is done. fmi2Discard would say that a part of the step
+   was done (FMI 2.0.3, 4.2.1), and importers would ask for the rest of it. */
 static fmi2Status judge(flexhex_instance *m, double time, double size, int64_t end) {
   char a[FLEXHEX_NUMBER_SIZE], b[FLEXHEX_NUMBER_SIZE];
   if (count_at(m, time) != m->head->step) {
@@ -123,8 +123,8 @@ static fmi2Status judge(flexhex_instance *m, double time, double size, int64_t e
                           flexhex_number(a, size));
   }
   if (end < 0) {
-    return flexhex_discard(m, "fmi2DoStep by %s s, must be a whole number of base steps of %s s",
-                           flexhex_number(a, size), flexhex_number(b, FLEXHEX_MODEL.base_step));
+    return flexhex_refuse(m, "fmi2DoStep by %s s, must be a whole number of base steps of %s s",
+                          flexhex_number(a, size), flexhex_number(b, FLEXHEX_MODEL.base_step));
   }
   if (end > m->head->step && is_past_stop(m, time, end)) {
     return flexhex_refuse(m, "fmi2DoStep to %s s, beyond the stop time %s s",

@@ -170,9 +170,8 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
       category |= strcmp(name, flexhex_categories[i]) == 0 ? 1 << i : 0;
     }
     if (!category) {
-      return flexhex_refuse(m, "fmi2SetDebugLogging: no category %s; there are %s, %s, %s, %s",
-                            name, flexhex_categories[0], flexhex_categories[1],
-                            flexhex_categories[2], flexhex_categories[3]);
+      return flexhex_refuse(m, "fmi2SetDebugLogging: no category %s; there are %s, %s, %s", name,
+                            flexhex_categories[0], flexhex_categories[1], flexhex_categories[2]);
     }
     chosen |= category;
   }

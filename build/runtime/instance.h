@@ -20,7 +20,6 @@
 #define flexhex_say FLEXHEX_OWN(_flexhex_say)
 #define flexhex_log FLEXHEX_OWN(_flexhex_log)
 #define flexhex_refuse FLEXHEX_OWN(_flexhex_refuse)
-#define flexhex_discard FLEXHEX_OWN(_flexhex_discard)
 #define flexhex_start FLEXHEX_OWN(_flexhex_start)
 #define flexhex_publish FLEXHEX_OWN(_flexhex_publish)
 #define flexhex_categories FLEXHEX_OWN(_flexhex_categories)
@@ -36,7 +35,6 @@ typedef enum {
 
 typedef enum {
   FLEXHEX_ERRORS,
-  FLEXHEX_DISCARDS,
   FLEXHEX_WARNINGS,
   FLEXHEX_EVENTS,
   FLEXHEX_N_CATEGORIES
@@ -127,8 +125,6 @@ void flexhex_log(const flexhex_instance *m, fmi2Status status, flexhex_category 
                  const char *format, ...) FLEXHEX_PRINTF(4, 5);
 /* Say what is wrong, raise the output fault, return fmi2Error; nothing else changes. */
 fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
-/* Say what the FMU cannot do as wanted, return fmi2Discard; nothing changes, fault neither. */
-fmi2Status flexhex_discard(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
 
 /* advance.c */
 /* State and initial outputs from the parameters; false, refused, when those are wrong. */

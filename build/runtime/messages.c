@@ -8,8 +8,8 @@
 
 enum { TEXT_SIZE = 512 };
 
-const char *const flexhex_categories[FLEXHEX_N_CATEGORIES] = {"logStatusError", "logStatusDiscard",
-                                                              "logStatusWarning", "logEvents"};
+const char *const flexhex_categories[FLEXHEX_N_CATEGORIES] = {"logStatusError", "logStatusWarning",
+                                                              "logEvents"};
 
 const char *flexhex_number(char *text, double value) {
   if (isnan(value)) {
@@ -76,12 +76,4 @@ fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) {
   say_of(m, fmi2Error, FLEXHEX_ERRORS, format, values);
   va_end(values);
   return fmi2Error;
-}
-
-fmi2Status flexhex_discard(flexhex_instance *m, const char *format, ...) {
-  va_list values;
-  va_start(values, format);
-  say_of(m, fmi2Discard, FLEXHEX_DISCARDS, format, values);
-  va_end(values);
-  return fmi2Discard;
 }

@@ -70,7 +70,9 @@ class OwnBase(ColumnBase):
         for values in moved:
             values.flags.writeable = False
         try:
-            columns = np.asarray(self._columns(*moved), dtype=np.float64)
+            # what is no number is named below
+            with np.errstate(all="ignore"):
+                columns = np.asarray(self._columns(*moved), dtype=np.float64)
         except FlexhexError:
             raise
         except Exception as error:

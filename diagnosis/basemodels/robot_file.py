@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -67,6 +71,7 @@ def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
     pin = pinocchio(file)
     tree = robot_xml(file)
     _refuse_couplings(file, tree)
+    _refuse_negative(file, tree)
     model = _model(pin, file, tree)
     chosen = _chosen(file, tree, list(model.names)[1:], joints, axes)
     _refuse_mimics(file, tree, chosen)
@@ -107,13 +112,36 @@ def _model(pin: Any, file: Path, tree: ElementTree.Element) -> Any:
         for kind in ("visual", "collision"):
             for shape in link.findall(kind):
                 link.remove(shape)
-    try:
-        if tree.tag == "robot":
-            return pin.buildModelFromXML(ElementTree.tostring(tree, encoding="unicode"))
-        model = pin.buildModelFromMJCF(str(file.resolve()))
-        return model[0] if isinstance(model, tuple) else model
-    except Exception as error:
-        raise MachineError(f"{file}: Pinocchio cannot read it: {error}") from error
+    said, wrong = list[str](), None
+    with _heard(said):
+        try:
+            if tree.tag == "robot":
+                model = pin.buildModelFromXML(ElementTree.tostring(tree, encoding="unicode"))
+            else:
+                model = pin.buildModelFromMJCF(str(file.resolve()))
+        except Exception as error:
+            wrong = error
+    # a link whose <inertial> cannot be read is built without it, which is no error there
+    errors = [line.removeprefix("Error:").strip() for line in said if line.startswith("Error:")]
+    if wrong or errors:
+        raise MachineError(f"{file}: Pinocchio cannot read it: {(*errors, wrong)[0]}") from wrong
+    return model[0] if isinstance(model, tuple) else model
+
+
+@contextmanager
+def _heard(lines: list[str]) -> Iterator[None]:
+    """What libraries in C++ print meanwhile goes into `lines`, not onto the terminal."""
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as file:
+        kept = os.dup(2)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            file.seek(0)
+            lines += file.read().decode(errors="replace").splitlines()
 
 
 def _moving(tree: ElementTree.Element, known: Sequence[str]) -> list[str]:
@@ -168,6 +196,21 @@ def _refuse_couplings(file: Path, tree: ElementTree.Element) -> None:
             f"{file}: <equality> with <{element.tag}>: closed loops and coupled joints are not"
             " supported, a base model of your own can have them (docs/own-base.md)"
         )
+
+
+def _refuse_negative(file: Path, tree: ElementTree.Element) -> None:
+    """MachineError for a link of a negative mass, which what is fixed to it may hide."""
+    for link in (*tree.iter("link"), *tree.iter("body")):
+        for inertial in link.findall("inertial"):
+            masses = [
+                inertial.get("mass", ""),
+                *(m.get("value", "") for m in inertial.findall("mass")),
+            ]
+            for mass in masses:
+                if mass.strip().startswith("-"):
+                    raise MachineError(
+                        f"{file}: link {link.get('name')} has a mass of {mass} kg: correct it"
+                    )
 
 
 def _kind(file: Path, name: str, joint: Any) -> Kind:

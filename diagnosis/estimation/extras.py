@@ -108,7 +108,7 @@ class Extras:
 
 def read_diagnosis(path: Path) -> Extras:
     """Effects and changes of a diagnosis that a file keeps (`flexhex diagnose`, `diagnosis.json`).
-    UsageError for another file, or one in which nothing was found."""
+    UsageError for another file."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -129,7 +129,8 @@ def extras_of(data: Any, where: str) -> Extras:
         text = "is no diagnosis: name the diagnosis.json that `flexhex diagnose` wrote"
         raise UsageError(f"{where}: {text}") from None
     if not effects and not changed:
-        raise UsageError(f"{where}: verdict `{data.get('verdict')}`, nothing found: take it out")
+        note = f"the diagnosis names nothing that is missing (verdict `{data.get('verdict')}`)"
+        return Extras(notes=(f"{note}: nothing is fitted beside",), where=where)
     known, listed, notes = library(), list[Extra](), list[str]()
     for id, axes, values, rivals in effects:
         effect = known.get(id)

@@ -20,7 +20,7 @@ from flexhex.diagnosis.estimation.signs import negative_values
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
-from flexhex.diagnosis.prepare import Options, misfit, run_set_of
+from flexhex.diagnosis.prepare import Given, Options, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import LARGE
 from flexhex.diagnosis.runs.blocks import Run, torque_at
@@ -32,8 +32,8 @@ Progress = Callable[[str, int, int], None]
 
 
 def identify(
-    paths: Sequence[Path],
-    held_out: Sequence[Path] = (),
+    paths: Sequence[Given],
+    held_out: Sequence[Given] = (),
     machine_file: Path | None = None,
     options: Options | None = None,
     settle: float | None = None,

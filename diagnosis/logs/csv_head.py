@@ -12,6 +12,8 @@ from flexhex.fmus.common.errors import LogError
 LONGEST_LINE = 1 << 20
 HEADER_ROWS = 12
 TIMES = ("time", "t")
+UTF_16 = re.compile(rb"\xff\xfe|\xfe\xff|[!-~]\0|\0[!-~]")
+"""How UTF-16 text begins: with its mark, or with a character that ASCII has."""
 
 
 @dataclass
@@ -48,7 +50,8 @@ def _number(field: str) -> bool:
 
 def read_header(file: BinaryIO, where: str) -> Header:
     """Everything up to the first row of numbers. LogError when no row of names is there."""
-    if file.read(2) in (b"\xff\xfe", b"\xfe\xff"):
+    file.seek(0)
+    if UTF_16.match(file.read(2)):
         raise LogError(f"{where}: is UTF-16 text: save it as CSV in UTF-8")
     file.seek(0)
     meta: dict[str, str] = {}

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flexhex import fmus
 from flexhex.diagnosis.kinds import Kinds, kinds_of
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.planning.trajectory import Trajectory, write_trajectory
+from flexhex.diagnosis.planning.trajectory import Trajectory, extremes, write_trajectory
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.fmus.common.effects import Experiment, library
 from flexhex.fmus.common.errors import UsageError
@@ -65,6 +65,8 @@ USED = 0.95
 """Part of the allowed angles, speeds and accelerations that a motion uses."""
 LONGEST = 4.0
 """Durations that one cycle of a slow triangle may take."""
+CHANGED = {"amplitude", "speed", "rounding", "passes"}
+"""Parameters of which a file says what came of them."""
 USUAL_REACH, LAG = 0.2, 0.02
 """Amplitude [rad] that the library's motions are for, an axis that slides has them in proportion;
 time [s] over which the speeds and accelerations of a log are taken."""
@@ -134,11 +136,11 @@ def make(spec: Experiment, limits: Limits, ts: float = 0.25e-3, name: str = "nex
         raise UsageError(f"{spec.kind!r} is no kind of experiment, there are {', '.join(MOTIONS)}")
     given = {**DEFAULTS, **spec.parameters}
     amplitude = given["amplitude"] * limits.size if "amplitude" in given else limits.amplitude
-    r, _, _ = MOTIONS[spec.kind](given, np.minimum(amplitude, limits.reach), limits, ts)
+    r, rd, rdd = MOTIONS[spec.kind](given, np.minimum(amplitude, limits.reach), limits, ts)
     moved = np.pad(r, ((round(BEFORE / ts), round(AFTER / ts)), (0, 0))) + limits.middle
     meta = {"trajectory": name, "kind": spec.kind}
-    meta |= {key: f"{value:g}" for key, value in spec.parameters.items() if key != "passes"}
-    meta["passes"] = f"{given['passes']:g}"
+    meta |= {key: f"{value:g}" for key, value in spec.parameters.items() if key not in CHANGED}
+    meta |= {**extremes((r, rd, rdd), limits), "passes": f"{given['passes']:g}"}
     if spec.payload:
         meta["payloads"] = ", ".join(f"{mass:g} kg" for _, mass in spec.payload)
     return Trajectory(name, ts, np.round(moved, 10), meta, limits.kinds)
@@ -236,10 +238,8 @@ def uniform(seed: int, count: int) -> Array:
 def with_experiments(
     diagnosis: Diagnosis, limits: Limits, folder: Path, ts: float = 0.25e-3
 ) -> Diagnosis:
-    """The same diagnosis; effects with rivals name the file of the experiment that separates them.
-
-    Writes FOLDER/next-ID.csv for each of them.
-    """
+    """The same diagnosis; effects with rivals name the file of the experiment that separates them,
+    FOLDER/next-ID.csv, which this writes."""
     effects = []
     for effect in diagnosis.effects:
         if effect.rivals and effect.id in library():

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.kinds import ROTARY, Kinds, kinds_of
+from flexhex.diagnosis.kinds import ROTARY, Kinds, kinds_of, units_of
 from flexhex.diagnosis.logs import Options
 from flexhex.diagnosis.logs.clock import clock_of
 from flexhex.diagnosis.logs.raw import Raw, Table
@@ -22,6 +22,8 @@ from flexhex.diagnosis.logs.units import each_unit, factor, kind_of
 from flexhex.fmus.common.errors import LogError, unreadable
 
 Array = NDArray[np.float64]
+EXTREMES = {"amplitude": "", "speed": "/s", "acceleration": "/s2"}
+"""What a file's head says of a motion's size, and what its unit adds to that of the positions."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,20 @@ class Trajectory:
     def time(self) -> Array:
         """Instants (samples,) [s]."""
         return np.round(self.ts * np.arange(len(self.r)), 9)
+
+
+def extremes(motion: tuple[Array, Array, Array], owner: object) -> dict[str, str]:
+    """Largest amplitude, speed and acceleration of r, rd, rdd (samples, n) each, as lines for a
+    file's head: one number, or one for each axis. owner: whose `kinds` they are."""
+    n, lines = motion[0].shape[1], {}
+    units = units_of(owner, n, "rad")
+    for (name, per), values in zip(EXTREMES.items(), motion, strict=True):
+        sizes = [
+            f"{size:.3g} {unit}{per}"
+            for size, unit in zip(np.abs(values).max(0), units, strict=True)
+        ]
+        lines[name] = ", ".join(sizes if len(set(sizes)) > 1 else sizes[:1])
+    return lines
 
 
 def write_trajectory(trajectory: Trajectory, path: Path) -> Path:

@@ -18,6 +18,9 @@ FEWEST = 12
 """Rows below which a bin is not shown."""
 FILLED = 4 * FEWEST
 """Rows that a finer bin has on average."""
+WAVE, FEW = 8, 3
+"""Bins of the shortest wave that was found, as with one each the map would show another wave; rows
+below which such a bin is not shown."""
 SEGMENT = 128
 """Rows of a segment of a spectrum."""
 
@@ -45,8 +48,8 @@ def maps(fit: Joint) -> tuple[Map, ...]:
             over, *pair = (values[moves] for values in (over, *pair))
             if not len(over):
                 continue
-            bins = int(np.clip(len(over) // FILLED, BINS, FINEST)) if place == 0 else BINS
-            mine.append(_binned((i + 1, name, kind.unit(unit)), bins, over, *pair))
+            bins, fewest = _fine(fit, i, over) if place == 0 else (BINS, FEWEST)
+            mine.append(_binned((i + 1, name, kind.unit(unit)), bins, fewest, over, *pair))
         mine.append(_spectrum(fit, i, before, after))
         listed += [replace(m, residual=kind.unit("N m")) for m in mine if len(m.centre)]
     return tuple(listed)
@@ -88,12 +91,24 @@ def _quantity(fit: Joint, k: int, axis: int, place: int) -> Array:
     return np.asarray(block.smooth(values[:, axis])[good])
 
 
-def _binned(what: tuple[int, str, str], bins: int, over: Array, before: Array, after: Array) -> Map:
-    """what: axis, quantity and its unit."""
+def _fine(fit: Joint, axis: int, over: Array) -> tuple[int, int]:
+    """Bins of a map over the angle, and the fewest rows of each: as fine as rows fill them, and as
+    waves that were found ask."""
+    orders = [p.shape["order"] for p in fit.parts if p.axis == axis and "order" in p.shape]
+    waves = max(orders, default=0.0) * float(np.ptp(over)) / (2 * np.pi)
+    usual = int(np.clip(len(over) // FILLED, BINS, FINEST))
+    finer = min(int(WAVE * waves), len(over) // (2 * FEW))
+    return (finer, FEW) if finer > usual else (usual, FEWEST)
+
+
+def _binned(
+    what: tuple[int, str, str], bins: int, fewest: int, over: Array, before: Array, after: Array
+) -> Map:
+    """what: axis, quantity and its unit; fewest: rows below which a bin is not shown."""
     low, high = (float(v) for v in np.quantile(over, [0.002, 0.998]))
     edges = np.linspace(low, high, bins + 1)
     which = np.digitize(over, edges) - 1
-    kept = [b for b in range(bins) if (which == b).sum() >= FEWEST]
+    kept = [b for b in range(bins) if (which == b).sum() >= fewest]
     rows = [which == b for b in kept]
     centre = np.array([(edges[b] + edges[b + 1]) / 2 for b in kept])
     one, two = (np.array([values[r].mean() for r in rows]) for values in (before, after))

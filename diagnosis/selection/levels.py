@@ -102,8 +102,9 @@ class Shown:
         return np.asarray(np.linalg.solve(self.S.sum(axis=0) + firm, self.r.sum(axis=0)))
 
     def along(self, delta: Array) -> Array:
-        """Of each run (runs,), as a share of an amount (k,)."""
-        return np.asarray(self.r @ delta / np.einsum("k,jkl,l->j", delta, self.S, delta))
+        """Of each run (runs,), as a share of an amount (k,): 0 of a run that excites nothing."""
+        size = np.einsum("k,jkl,l->j", delta, self.S, delta) + SHARE * (delta @ delta)
+        return np.asarray(self.r @ delta / np.maximum(size, np.finfo(float).tiny))
 
 
 def _levels(shown: Shown, which: Levels, count: int, least: float) -> tuple[float, Levels]:

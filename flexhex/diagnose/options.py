@@ -69,3 +69,15 @@ def writable(option: str, page: Path) -> None:
     except OSError as error:
         shown = page if option == "--report" else page.parent
         raise OutputError(f"{option} {shown}: cannot be written ({error.strerror})") from None
+
+
+def refuse_unwritable(path: Path, option: str) -> None:
+    """OutputError, before anything is computed, for a file that cannot be written. Tried, as rights
+    do not say it of every folder."""
+    try:
+        with tempfile.TemporaryFile(dir=path.resolve().parent):
+            possible = not path.is_dir()
+    except OSError:
+        possible = False
+    if not possible:
+        raise OutputError(f"{option} {path}: cannot be written: name a file in a folder of yours")

@@ -13,17 +13,18 @@ from numpy.typing import NDArray
 from flexhex.diagnose.maps import map_figures, spectrum_figures
 from flexhex.diagnose.next import Invocation, next_steps, shortened
 from flexhex.diagnose.plots import candidate_bars, residual_bars, strip_figures
+from flexhex.diagnose.titles import effort
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
     LOOPS,
-    RESIDUAL,
     SIDES,
     axis_names,
     changed_rows,
     effect_rows,
     judged,
     remarks,
+    residual_columns,
     residual_rows,
     residual_title,
     shown_lines,
@@ -71,16 +72,17 @@ def _strips(diagnosis: Diagnosis) -> list[PageSection]:
         return []
     one = diagnosis.strips[0]
     kind = "a held-out run" if one.held_out else "one of the runs"
+    called = effort([strip.unit for strip in diagnosis.strips])
     text = (
-        f"{Path(one.run).name}, {kind}: measured torque, and that of the model before and after"
-        " what was found is added; below, what each leaves."
+        f"{Path(one.run).name}, {kind}: measured {called}, and that of the model before and"
+        " after what was found is added; below, what each leaves."
     )
     if len(diagnosis.strips) > 1:
         text += " The buttons choose the axis."
     if diagnosis.residual.resting.any():
-        text += " No model is drawn while an axis rests, as dry friction carries any torque then."
+        text += " No model is drawn while an axis rests, as dry friction carries any load then."
     drawn = strip_figures(diagnosis.strips, matters(diagnosis))
-    return [PageSection("Torque over time", text, figures=drawn, timed=True)]
+    return [PageSection(f"{called.capitalize()} over time", text, figures=drawn, timed=True)]
 
 
 def matters(diagnosis: Diagnosis) -> int:
@@ -117,7 +119,11 @@ def _residual(diagnosis: Diagnosis) -> list[PageSection]:
     )
     return [
         PageSection(
-            residual_title(residual), text, RESIDUAL, residual_rows(diagnosis), {"residual": drawn}
+            residual_title(residual),
+            text,
+            residual_columns(residual),
+            residual_rows(diagnosis),
+            {"residual": drawn},
         )
     ]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnose.titles import title, where
+from flexhex.diagnose.titles import effort, title, where
 from flexhex.diagnosis.result.pictured import Candidate, Strip
 from flexhex.output.plots import Figure, figure, of_joint, per_joint, rounded, trace
 
@@ -122,8 +122,14 @@ def strip_figures(strips: Sequence[Strip], first: int) -> dict[str, Figure]:
                 left = s.measured[known] - values[known]
                 rest = trace(t[known], left, name.removeprefix("model "), colour, points=STRIP)
                 residual.append(of_joint(s.axis, rest))
+    called = effort([s.unit for s in strips])
     drawn = {
-        "strip": figure("Torque of axis {joint}", "time [s]", f"torque [{strips[0].unit}]", torque),
+        "strip": figure(
+            f"{called.capitalize()} of axis {{joint}}",
+            "time [s]",
+            f"{called} [{strips[0].unit}]",
+            torque,
+        ),
         "strip-residual": figure(
             "Residual of axis {joint}, measured minus model",
             "time [s]",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.sizes import SEVERAL
-from flexhex.diagnose.titles import phrase, where
+from flexhex.diagnose.titles import effort, phrase, where
 from flexhex.diagnosis.result.verdict import Rest
 
 
@@ -21,7 +21,7 @@ def sizes_of(rests: Sequence[Rest]) -> str:
     first = sorted(rests, key=lambda rest: -rest.share)
     texts = []
     for rest in first[:SEVERAL]:
-        force = "torque" if rest.unit == "N m" else "force"
+        force = effort([rest.unit])
         share = f"{number(100 * rest.share, 2)} % of its {force}"
         goes = f", which goes with {rest.what}" if rest.what else ""
         names, part = listed([phrase(f) for f in rest.fitted]), number(100 * rest.fitted_share, 2)

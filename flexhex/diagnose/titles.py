@@ -53,3 +53,8 @@ def where(axes: Sequence[int], short: bool = False) -> str:
 def capital(text: str) -> str:
     """The first letter in capitals, the others as they are."""
     return text[:1].upper() + text[1:]
+
+
+def effort(units: Sequence[str]) -> str:
+    """What axes with these units have: torque, force, or either."""
+    return " or ".join(dict.fromkeys("torque" if unit == "N m" else "force" for unit in units))

@@ -14,7 +14,7 @@ from rich.console import Console, Group
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
-from flexhex.diagnose.titles import readable, title, where
+from flexhex.diagnose.titles import effort, readable, title, where
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
 from flexhex.output import tables
@@ -28,7 +28,6 @@ MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
 EFFECTS = ("effect", "where", "parameters, 95 %", "explains")
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
-RESIDUAL = ("axis", "torque about its mean", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
@@ -49,7 +48,7 @@ def print_diagnosis(
         out.print(
             table(
                 residual_title(diagnosis.residual),
-                RESIDUAL,
+                residual_columns(diagnosis.residual),
                 residual_rows(diagnosis),
                 total=bool(diagnosis.residual.unit),
             )
@@ -152,6 +151,12 @@ def closed(before: float, after: float, non_repeatable: float) -> str:
         return ""
     share = (before**2 - max(after, non_repeatable) ** 2) / above
     return percent(max(share, 0.0)) if after < WORSE * before else f"{after / before:.2f} × before"
+
+
+def residual_columns(residual: Residual) -> tuple[str, ...]:
+    """Names of their columns."""
+    mean = f"{effort(residual.units)} about its mean"
+    return "axis", mean, "before", "after", "non-repeatable", "explained"
 
 
 def residual_rows(diagnosis: Diagnosis) -> Rows:

@@ -41,14 +41,16 @@ class Targets:
         if self.motion is not None:
             checked_motion(self.motion)
 
-    def write(self, identified: Identified) -> list[Path]:
-        """All of them."""
-        written = [] if self.values is None else write_identified(self.values, identified)
+    def write(self, identified: Identified) -> tuple[list[Path], list[str]]:
+        """All of them, and what who uses them must know."""
+        written, notes = list[Path](), list[str]()
+        if self.values is not None:
+            written, notes = write_identified(self.values, identified)
         if self.fmu is not None:
             from flexhex.identify.inverse import write_fmu
 
             written.append(write_fmu(self.fmu, identified))
-        return written
+        return written, notes
 
 
 def identify_other(
@@ -72,7 +74,8 @@ def identify_other(
         identified = replace(
             identified, notes=(*identified.notes, *left_out(identified.estimated.extras))
         )
-    written = write.write(identified)
+    written, notes = write.write(identified)
+    identified = replace(identified, notes=(*identified.notes, *notes))
     planned = None
     if write.motion is not None:
         planned = excitation(identified)

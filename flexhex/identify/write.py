@@ -21,11 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from flexhex.diagnose.options import refuse_unwritable
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.machine_files.machine_changes import changed_sections
 from flexhex.diagnosis.machine_files.toml_text import toml_text
 from flexhex.diagnosis.result.verdict import Changed, Estimate
-from flexhex.fmus.common.errors import OutputError, UsageError
+from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
@@ -46,9 +47,7 @@ def checked_target(path: Path, machine_file: Path) -> None:
         )
     if path.resolve() == machine_file.resolve():
         raise UsageError(f"--write {path}: is the machine file itself: name another file")
-    folder = path.resolve().parent
-    if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
-        raise OutputError(f"--write {path}: cannot be written: name a file in a folder of yours")
+    refuse_unwritable(path, "--write")
 
 
 def write_fit(

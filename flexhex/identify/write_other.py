@@ -5,14 +5,18 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
+from flexhex.diagnose.options import refuse_unwritable
 from flexhex.diagnosis.estimation.records import Identified
-from flexhex.fmus.common.errors import OutputError, UsageError
+from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.interface import array_of
 from flexhex.identify.other import identified_json
 
+TORQUE = {"J_r": "J_r times the joint's acceleration", "o": "o as it is"}
+"""What a value without a place adds to the torque of its axis."""
 TABLES = (".csv", ".json")
 
 
@@ -29,7 +33,7 @@ def checked_target(path: Path, base: str) -> None:
         )
     if is_robot(base) and path.resolve() == Path(base).resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
-    _refuse_unwritable(path, "--write")
+    refuse_unwritable(path, "--write")
 
 
 def checked_fmu(path: Path) -> None:
@@ -38,41 +42,47 @@ def checked_fmu(path: Path) -> None:
         raise UsageError(
             f"--fmu {path}: name a file like inverse.fmu, of letters, digits and underscores"
         )
-    _refuse_unwritable(path, "--fmu")
+    refuse_unwritable(path, "--fmu")
 
 
 def checked_motion(path: Path) -> None:
     """The same of the file of `--next`."""
     if path.suffix != ".csv":
         raise UsageError(f"--next {path}: name a file like next.csv")
-    _refuse_unwritable(path, "--next")
+    refuse_unwritable(path, "--next")
 
 
-def _refuse_unwritable(path: Path, option: str) -> None:
-    folder = path.resolve().parent
-    if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
-        raise OutputError(f"{option} {path}: cannot be written: name a file in a folder of yours")
-
-
-def write_identified(path: Path, identified: Identified) -> list[Path]:
-    """Write what was identified: the files. Beside a robot's file all values stand as JSON, as it
-    has no place for intervals, offsets and more."""
+def write_identified(path: Path, identified: Identified) -> tuple[list[Path], list[str]]:
+    """Write what was identified: the files, and what who uses them must know. Beside a robot's file
+    all values stand as JSON, as it has no place for intervals, offsets and more."""
     if path.suffix == ".csv":
         path.write_text(_csv(identified), encoding="utf-8")
-        return [path]
+        return [path], []
     if path.suffix == ".json":
         path.write_text(identified_json(identified) + "\n", encoding="utf-8")
-        return [path]
+        return [path], []
     from flexhex.diagnosis.basemodels.robots import RobotBase
     from flexhex.diagnosis.machine_files.robot_write import write_robot
 
     base = identified.estimated.model.base
     assert isinstance(base, RobotBase)
     values = {one.name: one.estimate.value for one in identified.parameters}
-    write_robot(path, base, Path(identified.base), values)
+    left = write_robot(path, base, Path(identified.base), values)
     beside = path.with_suffix(".json")
     beside.write_text(identified_json(identified) + "\n", encoding="utf-8")
-    return [path, beside]
+    return [path, beside], _without(path, beside, [name for name in left if values[name]])
+
+
+def _without(path: Path, beside: Path, left: Sequence[str]) -> list[str]:
+    """A sentence on values for which a robot's file has no place."""
+    if not left:
+        return []
+    torques = [text for name, text in TORQUE.items() if any(array_of(n) == name for n in left)]
+    shown = f" ({', '.join(torques)})" if torques else ""
+    return [
+        f"{path} has no place for {', '.join(left)}: torques from it alone lack them{shown}; add"
+        f" them from {beside}, or build all of it with --fmu"
+    ]
 
 
 def _csv(identified: Identified) -> str:

@@ -74,7 +74,7 @@ def _adaptive(run: PaperRun) -> Clip | None:
     shown = [_run(run.table.of("feedback")), _run(run.adaptive)]
     span = (SETTLE, min(SETTLE + SECONDS, *(one.result.duration for one in shown)))
     text = (
-        f"The first {span[1] - span[0]:g} s of both runs with the error drawn {LARGE:g} times as"
+        f"Both runs from {span[0]:g} s to {span[1]:g} s with the error drawn {LARGE:g} times as"
         " large: with feedback only as large as the machine can show it, as the name below says."
         " Green: where the machine should be. Press play, or hover over a plot."
     )

@@ -8,10 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import fmpy
 import pytest
 
-from tests.adapter.slave import DISCARD, ERROR, OK, WARNING, Slave
-from tests.adapter.toys import VR
+from tests.adapter.slave import ERROR, OK, WARNING, Slave
+from tests.adapter.toys import BASE, VR
 
 
 def switch(slave: Slave, on: bool, *categories: str) -> int:
@@ -80,8 +81,8 @@ def test_all_categories_when_none_is_named(running: Slave) -> None:
 def test_unknown_category_is_refused(running: Slave) -> None:
     assert switch(running, True, "logEvents", "logAll") == ERROR
     assert running.said == (
-        "fmi2SetDebugLogging: no category logAll; there are logStatusError, logStatusDiscard,"
-        " logStatusWarning, logEvents (instance one)"
+        "fmi2SetDebugLogging: no category logAll; there are logStatusError, logStatusWarning,"
+        " logEvents (instance one)"
     )
     running.call("fmi2Terminate")
     assert len(running.log) == 1, "events were switched on by a refused call"
@@ -89,7 +90,7 @@ def test_unknown_category_is_refused(running: Slave) -> None:
 
 def test_categories_are_those_of_the_description(running: Slave) -> None:
     listed = [c.get("name") for c in running.binary.xml.findall("LogCategories/Category")]
-    assert listed == ["logStatusError", "logStatusDiscard", "logStatusWarning", "logEvents"]
+    assert listed == ["logStatusError", "logStatusWarning", "logEvents"]
     for name in listed:
         assert switch(running, True, str(name)) == OK
 
@@ -130,5 +131,12 @@ def test_name_with_format_characters_is_escaped(make) -> None:
 
 def test_very_long_name_is_cut_not_written_beyond_the_end(make) -> None:
     slave = make("%" * 5000).initialise()
-    assert slave.step(0.0, 1e-9) == DISCARD
+    assert slave.step(0.0, 1e-9) == ERROR
     assert len(slave.said) < 1100
+
+
+def test_fmpy_ends_at_a_step_that_is_not_whole(toy_fmu: Path) -> None:
+    """At fmi2Discard it asks for the same step again, without an end."""
+    step = 1.2 * BASE
+    with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2DoStep"):
+        fmpy.simulate_fmu(str(toy_fmu), stop_time=40 * BASE, step_size=step, output_interval=step)

@@ -10,7 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from tests.adapter.slave import DISCARD, ERROR, OK, Binary, Slave
+from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.adapter.toys import BASE, OUTPUTS, VR, Twin
 
 OUT = [VR[name] for name in OUTPUTS]
@@ -84,17 +84,18 @@ def test_slices_of_a_step_change_nothing(make, seed: int) -> None:
 
 
 @pytest.mark.parametrize("size", [0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, 2e-9 * BASE, 1e300])
-def test_step_that_is_not_whole_is_discarded(running: Slave, size: float) -> None:
-    """The standard: an importer may ask how far the FMU came, and try a step of another size."""
+def test_step_that_is_not_whole_is_refused(running: Slave, size: float) -> None:
+    """An error, as no part of the step is done; a step of another size may follow."""
     running.advance(3)
-    before = running.get(OUT)
-    assert running.step(3 * BASE, size) == DISCARD
+    outputs = [place for place in OUT if place != VR["fault"]]
+    before = running.get(outputs)
+    assert running.step(3 * BASE, size) == ERROR
     (status, category, text) = running.log[-1]
-    assert (status, category) == (DISCARD, "logStatusDiscard")
+    assert (status, category) == (ERROR, "logStatusError")
     assert text.startswith("fmi2DoStep by ")
     assert text.endswith("must be a whole number of base steps of 0.00025 s (instance one)")
     assert last_time(running) == 3 * BASE
-    assert running.get(OUT) == before, "no fault either"
+    assert running.get([*outputs, VR["fault"]]) == [*before, 1.0], "nothing but the fault"
     running.advance()
 
 
@@ -186,7 +187,7 @@ def test_tolerance_is_that_of_sums_of_doubles(fresh: Slave) -> None:
         (400_000_000, 0.24, 0.26),
     ]:
         running.advance(count - running.n)
-        assert running.step(count * BASE, off * BASE) == DISCARD
+        assert running.step(count * BASE, off * BASE) == ERROR
         assert running.step((count + off) * BASE, BASE) == ERROR
         assert running.step(count * BASE, near * BASE) == OK
         assert running.step((count + near) * BASE, BASE) == OK

@@ -38,7 +38,7 @@ static fmi2Status set_all(const subject *s, int t, const fmi2ValueReference *vr,
                                 : fmi2SetBoolean(s->c, vr, n, whole);
 }
 
-/* Wanted answers: 1 good, 0 refused, 2 discarded, -1 good or refused. */
+/* Wanted answers: 1 good, 0 refused, -1 good or refused. */
 static int values(subject *s, bool set, fmi2Status *status) {
   fmi2ValueReference vr[MOST];
   double value[MOST];
@@ -82,25 +82,23 @@ static int values(subject *s, bool set, fmi2Status *status) {
 
 static int step(subject *s, fmi2Status *status) {
   const double sizes[] = {0.0, -1.0, NAN, INFINITY, 1e300, 0.5, 1.5, -INFINITY, 0.3};
-  bool other = false;        /* nothing wrong but the size */
   const double rest = 1e-17; /* of a base step: what sums of times leave over */
   double now = 0.0, size = below(9) ? 1 + below(8) : 121 + below(200);
   bool good = s->phase == C && fmi2GetRealStatus(s->c, fmi2LastSuccessfulTime, &now) == fmi2OK;
   if (below(8) == 0) {
     size = sizes[below(sizeof sizes / sizeof *sizes)];
-    other = good && size > 0.0 && isfinite(size);
     good = false;
   }
   if (below(16) == 0) {
     now += (below(2) ? 1 : -1) * (1 + below(5)) * FLEXHEX_MODEL.base_step;
-    good = other = false;
+    good = false;
   }
   if (good && below(8) == 0) {
     *status = fmi2DoStep(s->c, now, rest * FLEXHEX_MODEL.base_step, fmi2True);
     return 1;
   }
   *status = fmi2DoStep(s->c, now, size * FLEXHEX_MODEL.base_step, fmi2True);
-  return good ? -1 : other ? 2 : 0; /* a stop time may be in the way */
+  return good ? -1 : 0; /* a stop time may be in the way */
 }
 
 static int state_call(subject *s, unsigned which, fmi2Status *status) {

@@ -18,12 +18,14 @@ COGGING, ORDER = 0.05, 100.0
 """Amplitude [N m] and order [1/rad]: some 13 waves over the range of a motion."""
 
 
-def left(paths: list[Path]) -> dict[str, Map]:
-    """Maps of the residual of a fit without any effect, by quantity."""
+def left(paths: list[Path], *parts: Any) -> dict[str, Map]:
+    """Maps of the residual of a fit without any effect, by quantity; parts: what is told of it."""
     base, run_set, _ = run_set_of(paths, [], None, Options("axis"))
     model, _, _ = fitted(base, run_set.runs)
     bench = Bench(model, ())
-    fit: Any = SimpleNamespace(bench=bench, residual=model.residual(model.regression.q))
+    fit: Any = SimpleNamespace(
+        bench=bench, residual=model.residual(model.regression.q), parts=parts
+    )
     return {one.over: one for one in maps(fit)}
 
 
@@ -46,6 +48,18 @@ def test_cogging_of_a_high_order_is_seen_over_the_angle(tmp_path: Path) -> None:
     gains, *_ = np.linalg.lstsq(wave, angle.before, rcond=None)
     assert 0.5 * COGGING < np.hypot(*gains) < COGGING
     assert np.std(angle.before - wave @ gains) < 0.5 * np.std(angle.before)
+
+
+def test_wave_that_was_found_has_bins_enough_to_be_seen(tmp_path: Path) -> None:
+    """In short runs, too, whose bins would be as wide as the wave is long."""
+    paths = [write(tmp_path / f"{n}.csv", 3, n, 0.1, seconds=12.0) for n in (1, 2)]
+    usual = left(paths)["angle"].centre
+    order = 2 * np.pi / np.median(np.diff(usual))
+    wave = SimpleNamespace(id="cogging_harmonic", axis=0, shape={"order": order})
+    finer = left(paths, wave)["angle"].centre
+    assert np.median(np.diff(finer)) * order < 2 * np.pi / 6
+    other = SimpleNamespace(id="cogging_harmonic", axis=1, shape={"order": order})
+    assert len(left(paths, other)["angle"].centre) == len(usual)
 
 
 def test_few_rows_make_no_finer_bins(tmp_path: Path) -> None:

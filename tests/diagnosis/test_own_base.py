@@ -110,6 +110,7 @@ WRONG = {
     "fails": (GOOD.replace("thetadd[:, :, None]", "thetadd[9]"), r"IndexError.*\(line 6\)"),
     "written": (GOOD.replace("return", "theta[0] = 1.0; return"), "read-only"),
     "nan": (GOOD.replace("* np.eye", "* np.nan * np.eye"), r"J\[1\] on axis 1 is not finite"),
+    "zero": (GOOD.replace("np.eye(2)", "(np.eye(2) / 0.0)"), r"J\[1\] on axis 1 is not finite"),
     "later": (GOOD.replace("thetadd[:", "thetadd[::-1][:"), "change with the samples after it"),
     "holds": (GOOD + "    holds = ['coulomb']\n", "no effect 'coulomb'.*coulomb_friction"),
     "payload": (GOOD + "    payload = ['m']\n", "payload: no parameter 'm'"),
@@ -118,6 +119,7 @@ WRONG = {
 }
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("case", WRONG)
 def test_mistake_is_named(case: str, tmp_path: Path) -> None:
     text, message = WRONG[case]

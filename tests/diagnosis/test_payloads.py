@@ -16,7 +16,7 @@ from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 from flexhex.diagnosis.selection.feedback import noisy
-from flexhex.diagnosis.selection.levels import _chances, choices, partitions
+from flexhex.diagnosis.selection.levels import SHARE, Shown, _chances, choices, partitions
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.workflow import diagnose
@@ -158,6 +158,16 @@ def test_two_trajectories_that_show_the_same_difference_show_a_level() -> None:
     amounts = np.array([[-50.0, 3.0], [50.0, -2.0], [-49.0, 2.0], [51.0, -4.0]])
     assert _chances(amounts, split, which, 1.0)[0] < np.log(1e-3)
     assert _chances(amounts, split, which, 100.0**2)[0] > np.log(0.1)
+
+
+def test_run_that_excites_nothing_has_no_share() -> None:
+    """A run at rest among others; and ends of a cut that do not differ."""
+    S, delta = np.array([np.eye(2), np.zeros((2, 2))]), np.array([3.0, 4.0])
+    shown = Shown(S, np.array([0.5 * delta, 0 * delta]), 1.0)
+    with np.errstate(all="raise"):
+        # a half, less what the mean run weighs
+        assert shown.along(delta) == pytest.approx([0.5 / (1 + SHARE), 0.0])
+        assert shown.along(0 * delta) == pytest.approx([0.0, 0.0])
 
 
 def test_partitions_are_counted() -> None:

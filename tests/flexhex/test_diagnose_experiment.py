@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import Log, read_log
 from flexhex.diagnosis.planning.experiment import (
     BEFORE,
@@ -136,6 +137,23 @@ def test_file_reads_back_exactly(tmp_path: Path) -> None:
     assert loaded.meta["payloads"] == "0 kg, 1.5 kg"
     lines = (tmp_path / "new" / "x.csv").read_text().splitlines()
     assert lines[len(motion.meta) : len(motion.meta) + 2] == ["time,r[1],r[2]", "s,rad,rad"]
+
+
+@pytest.mark.parametrize("kind", ["random", "triangle", "multisine", "chirp"])
+@pytest.mark.parametrize("limits", [TIGHT, replace(TIGHT, kinds=(ROTARY, LINEAR))])
+def test_head_of_a_file_says_what_its_rows_do(kind: str, limits: Limits) -> None:
+    """The limits make the motion smaller than the effect asks for; three digits, and differences
+    over 2 ms, hence 1 %."""
+    spec = Experiment(kind, {"amplitude": 0.9, "speed": 3.0, "rounding": 9.0, "duration": 8.0})
+    motion = make(spec, limits, SLOW)
+    moved = motion.r - limits.middle
+    for name, values in zip(
+        ("amplitude", "speed", "acceleration"), (moved, *rates(moved, SLOW)), strict=True
+    ):
+        said = [float(part.split()[0]) for part in motion.meta[name].split(", ")]
+        assert said == pytest.approx(np.abs(values).max(axis=0), rel=0.01)
+    assert "rounding" not in motion.meta
+    assert motion.meta["speed"].endswith("m/s" if limits.kinds else "rad/s")
 
 
 def test_file_is_the_same_every_time(tmp_path: Path) -> None:

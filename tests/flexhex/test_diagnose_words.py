@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from flexhex.diagnose.numbers import number
-from flexhex.diagnose.titles import phrase, readable
+from flexhex.diagnose.titles import effort, phrase, readable
+from flexhex.diagnose.view import residual_columns
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.confidence import Confidence
@@ -224,3 +225,13 @@ def test_notes_have_titles_for_ids_and_keep_the_names_of_parameters() -> None:
     same = "cogging_harmonic.a[2], my_coulomb_friction, viscous_friction[1], F_c[1]"
     assert readable(same) == same
     assert readable("it is cable_force.") == "it is cable force."
+
+
+def test_axes_that_slide_have_forces() -> None:
+    assert effort(["N", "N"]) == "force"
+    assert effort(["N m", "N"]) == "torque or force"
+    sliding = replace(
+        BASIC, residual=replace(BASIC.residual, units=("N",) * len(BASIC.residual.units))
+    )
+    assert residual_columns(sliding.residual)[1] == "force about its mean"
+    assert residual_columns(BASIC.residual)[1] == "torque about its mean"

@@ -81,6 +81,7 @@ WRONG = {
     "next": (["--next", "x.txt"], 2, "name a file like next.csv"),
     "fmu's name": (["--fmu", "my model.fmu"], 2, "letters, digits and underscores"),
     "fmu's folder": (["--fmu", "nowhere/x.fmu"], 3, "cannot be written"),
+    "nobody's folder": (["--fmu", "/proc/x.fmu"], 3, "--fmu /proc/x.fmu: cannot be written"),
     "twice": (["--held-out", "RUN"], 2, "name it once"),
 }
 
@@ -146,6 +147,12 @@ def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
     assert "frictionloss=" in written.read_text()
     data = json.loads(written.with_suffix(".json").read_text())
     assert {"o[2]", "wrist.m"} <= {one["name"] for one in data["parameters"]}
+    said = f"note: {written} has no place for o[2], o[3]: torques from it alone lack them"
+    assert said in done.output
+    assert (
+        f"add them from {written.with_suffix('.json')}, or build all of it with --fmu"
+        in done.output
+    )
     done = RUN.invoke(app, [*words[:-1], str(file)])
     assert "is the robot's file itself" in str(done.exception)
 

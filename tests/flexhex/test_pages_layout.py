@@ -36,6 +36,13 @@ def test_legend_below_a_narrow_plot_leaves_room_for_the_title_of_its_axis(
     assert ticks[3] <= title[1] < title[3] <= legend[1]
 
 
+def test_contents_beside_the_page_stand_off_its_edge(browser: Browser, page: Path) -> None:
+    """At the width from which on they stand there."""
+    browser.open(page, 1365, 900)
+    contents, main = boxes(browser, ".contents", "main")
+    assert 10 <= contents[0] < contents[2] <= main[0] + 10
+
+
 def test_number_behind_a_bar_is_whole_on_a_narrow_screen(browser: Browser, page: Path) -> None:
     browser.open(page, NARROW, 900)
     browser.run(

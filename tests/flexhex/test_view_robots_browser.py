@@ -134,6 +134,8 @@ def test_more_than_two_runs_are_chosen_one_at_a_time(
     browser.open(written(tmp_path, logs, str(FILE)))
     assert browser.run("[...byId('run').options].map(o => o.textContent)") == ["a1", "a2", "a3"]
     assert browser.run("plots.charts[0].lines.length") == 2, "torque and model of one run"
+    colours = browser.run("plots.charts[0].lines.map(line => line.colour)")
+    assert len(set(colours)) == 2, "a dash over a line of its colour is not seen"
     pose, ends = "JSON.stringify(real.bodies[5].position)", []
     seen = set()
     for k in range(3):

@@ -75,7 +75,8 @@ class Plots {
       const six = signal.columns.length === WIDTH;
       unpacked(signal).columns.forEach((column, i) => {
         if (six && !this.joints.has(i)) { return; }
-        const colour = seen(DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length]);
+        const own = seen(DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length]);
+        const colour = word ? css("--ink") : own;  // over a line of the same colour no dash is seen
         const label = [(column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, ""), word].filter(Boolean).join(" ");
         const dash = word ? DASHES[1] : six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
         lines.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.units[i], count: signal.columns.length });

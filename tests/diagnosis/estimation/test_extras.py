@@ -190,11 +190,21 @@ def test_effect_that_an_axis_has_twice_is_fitted_twice(tmp_path: Path) -> None:
     ({"parameters": []}, "is no diagnosis"),
     ([1], "is no diagnosis"),
     ({"effects": [{"id": "cogging_harmonic"}]}, "is no diagnosis"),
-    ({"verdict": "none", "effects": []}, "verdict `none`, nothing found: take it out"),
 ])  # fmt: skip
 def test_other_files_are_refused(data: Any, said: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=said):
         read_diagnosis(written(tmp_path, data))
+
+
+@pytest.mark.parametrize("verdict", ["none", "cannot tell"])
+def test_diagnosis_that_names_nothing_adds_nothing_and_says_so(
+    verdict: str, tmp_path: Path
+) -> None:
+    """`diagnose && identify --diagnosis`: the first ends with 0 where nothing is missing."""
+    read = read_diagnosis(written(tmp_path, {"verdict": verdict, "effects": []}))
+    assert not read.listed
+    assert not read.changed
+    assert f"verdict `{verdict}`" in read.notes[0]
 
 
 def test_file_that_is_not_there_is_refused(tmp_path: Path) -> None:

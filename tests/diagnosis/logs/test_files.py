@@ -110,6 +110,15 @@ def test_german_excel_is_understood(tmp_path: Path) -> None:
     assert "conversion" in kinds(log)
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_utf_16_is_named(encoding: str, tmp_path: Path) -> None:
+    """What Windows' editors call Unicode; with and without a mark at its beginning."""
+    path = tmp_path / "log.csv"
+    path.write_text("# pass: 1\ntime,theta[1],tau_meas[1]\ns,rad,N m\n0,0,0\n", encoding)
+    with pytest.raises(LogError, match="is UTF-16 text: save it as CSV in UTF-8"):
+        read_log(path)
+
+
 def test_thousands_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "de.csv"
     path.write_text("time;theta[1];tau_meas[1]\ns;rad;N m\n" + "0,1;1.000,5;2\n" * 5)

@@ -172,18 +172,31 @@ WRONG: dict[str, tuple[str, str]] = {
         "joint j5 follows j3",
     ),
     "inertial": (INERTIAL.sub(r"\1", ARM), "joint j4 moves has no mass.*for link link_4"),
+    "negative": (ARM.replace('value="0.4"', 'value="-0.4"'), "link tool has a mass of -0.4 kg"),
+    "comma": (ARM.replace('value="1.2"', 'value="1,2"'), r"mass \[1,2\] is not a float"),
+    "tag": (ARM.replace('<mass value="1.2"', '<mas value="1.2"'), r"must have a mass element"),
+    "type": (
+        ARM.replace('"j3" type="revolute"', '"j3" type="revolut"'),
+        r"no known type \[revolut\]",
+    ),
     "inertia": (ARM.replace('iyy="0.014"', 'iyy="-0.014"'), "link_4 has a negative moment"),
-    "link": (ARM.replace('parent link="link_3"', 'parent link="link_9"'), "cannot read it"),
+    "link": (
+        ARM.replace('parent link="link_3"', 'parent link="link_9"'),
+        r"cannot read it: .*\[link_9\]",
+    ),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_file_that_describes_no_machine_is_refused(case: str, tmp_path: Path) -> None:
+def test_file_that_describes_no_machine_is_refused(
+    case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     text, message = WRONG[case]
     (tmp_path / "arm.urdf").write_text(text)
     joints = ("j1", "j2", "j3", "j4", "j5", "j6") if case in ("mimic", "floating") else ()
     with pytest.raises(MachineError, match=message):
         base_of(str(tmp_path / "arm.urdf"), None, log(6), joints=joints)
+    assert capfd.readouterr() == ("", ""), "what the parser prints belongs into the message"
 
 
 CHOICES = {
