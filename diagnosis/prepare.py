@@ -198,9 +198,7 @@ def _several(places: Sequence[str]) -> str:
     return first if not others else f"{first} and {len(others)} more"
 
 
-def _trouble(
-    read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Sequence[Run]
-) -> str:
+def _trouble(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Sequence[Run]) -> str:
     findings = [finding for part in (*read, *groups) for finding in part.findings]
     wrong = [f for f in findings if f.kind in ("swapped", "sign", "passes")]
     if wrong:

@@ -1,6 +1,6 @@
 """Passes of one trajectory whose torques cannot both be right: another unit, or another sign.
 
-    tau_b(t) = factor tau_a(t) + offset       least squares, each axis by itself
+tau_b(t) = factor tau_a(t) + offset       least squares, each axis by itself
 """
 
 from __future__ import annotations
@@ -56,8 +56,7 @@ def _turned(a: Log, b: Log) -> list[int]:
     if a is b or one.width != two.width:
         return []
     first, second = (
-        c.time[0] - log.shift + COARSE * np.arange(len(c.coarse))
-        for c, log in ((one, a), (two, b))
+        c.time[0] - log.shift + COARSE * np.arange(len(c.coarse)) for c, log in ((one, a), (two, b))
     )
     inside = (first >= second[0]) & (first <= second[-1])
     if inside.sum() < 2:
