@@ -35,8 +35,8 @@ BADLY, MENDED = 0.25, 0.3
 what was left before, from which a log is refused although an axis is still bad; else no arrangement
 is the reason."""
 DOUBTFUL = 0.1
-"""Share that is said, of the torque or beyond what friction, rotors and offsets alone leave. Logs of
-the right model leave 0.06 at most (UR10e, simulated arm)."""
+"""Share that is said, of the torque or beyond what friction, rotors and offsets alone leave. Logs
+of the right model leave 0.06 at most (UR10e, simulated arm)."""
 FORM = 0.25
 """Share of an axis' mean square that the nominal torque explains where its form is seen."""
 
@@ -77,7 +77,7 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
     left = left_of(base, seen)
     worse = left > (1 + DOUBTFUL) * left_of(base, seen, without=True)
     # an offset of a machine that lacks no weight is that of friction
-    worse |= left_of(base, seen, offset=False) > 1.0
+    worse |= left_of(base, seen, offset=False) > 1 + DOUBTFUL
     better = _best(base, seen)
     parts = []
     if (bad := (left > DOUBTFUL) | worse).any():
