@@ -199,7 +199,8 @@ def _several(places: Sequence[str]) -> str:
 
 
 def _trouble(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Sequence[Run]) -> str:
-    findings = [finding for part in (*read, *groups) for finding in part.findings]
+    findings = [f for log in read for f in log.findings]
+    findings += [f for group in groups for f in group.findings]
     wrong = [f for f in findings if f.kind in ("swapped", "sign", "passes")]
     if wrong:
         return f"{wrong[0]}: {MEND}, then ask again"

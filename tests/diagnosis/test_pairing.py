@@ -156,7 +156,7 @@ def test_right_arrangement_is_silent_where_friction_is_most_of_the_torque() -> N
 
 
 def test_file_that_makes_it_worse_than_friction_alone_is_doubted() -> None:
-    """Nothing of the file's links is in the torque: little beside friction, and nothing mends it."""
+    """The torque has nothing of the file's links: little beside friction; nothing mends it."""
     listed = [
         replace(run, tau=replace(run.tau, values=MOSTLY_FRICTION * np.sign(run.motion.thetad)))
         for run in runs(same, same)

@@ -95,7 +95,7 @@ def passes(*changes: tuple[float, float]) -> list[Log]:
     listed = []
     for log, (factor, load) in zip(logs, [*changes, (1.0, 0.0)], strict=True):
         rate = np.gradient(log.theta, TS, axis=0)
-        tau = 3.0 * np.sign(rate) + 5.0 * log.theta + load * np.cos(log.theta)
+        tau = 3.0 * np.tanh(rate) + 5.0 * log.theta + load * np.cos(log.theta)
         listed.append(replace(log, channels=Log.of("", TS, log.theta, factor * tau).channels))
     return listed
 
@@ -105,8 +105,8 @@ def passes(*changes: tuple[float, float]) -> list[Log]:
     [
         ([(1, 0), (1e3, 0)], "a1: torques are 1e+03 times those of a0"),
         ([(1, 0), (1e-3, 0)], "a1: torques are 0.001 times those of a0"),
-        ([(-1, 0), (1, 0)], "a0: the torque of axis 1, 2, 3, 4, 5, 6 is -1 times that of a1"),
-        ([(1, 0), (1, 0), (-1, 0)], "a2: the torque of axis 1, 2, 3, 4, 5, 6 is -1 times"),
+        ([(-1, 0), (1, 0)], "a0: the torque of axis 1, 2"),
+        ([(1, 0), (1, 0), (-1, 0)], "a2: the torque of axis 1, 2"),
     ],
 )
 def test_pass_that_contradicts_the_others_is_named(
