@@ -22,7 +22,7 @@ from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.window import Smoother, longer_windows, outgrown, smoother
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
-from flexhex.diagnosis.runs.runs import runs_of, starts_of
+from flexhex.diagnosis.runs.runs import refuse_slow, runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -101,6 +101,8 @@ def run_set_of(
         [one if isinstance(one, logs.Log) else logs.read_log(one, reading) for one in given]
         for given in (paths, held_out)
     )
+    for log in (*ours, *theirs):
+        refuse_slow(log)
     logs.refuse_copies([*ours, *theirs])
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)
@@ -116,7 +118,7 @@ def run_set_of(
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     units = units_of(base, base.n, "N m")
     run_set = RunSet(units, runs, judged, findings, names, np.zeros(base.n), own)
-    return base, run_set, _trouble(ours, runs)
+    return base, run_set, _trouble(ours, groups, runs)
 
 
 def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
@@ -200,10 +202,12 @@ def _several(places: Sequence[str]) -> str:
     return first if not others else f"{first} and {len(others)} more"
 
 
-def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
-    swapped = [f for log in read for f in log.findings if f.kind in ("swapped", "sign")]
-    if swapped:
-        return f"{swapped[0]}: {MEND}, then ask again"
+def _trouble(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Sequence[Run]) -> str:
+    findings = [f for log in read for f in log.findings]
+    findings += [f for group in groups for f in group.findings]
+    wrong = [f for f in findings if f.kind in ("swapped", "sign", "passes")]
+    if wrong:
+        return f"{wrong[0]}: {MEND}, then ask again"
     silent = np.max([np.ptp(run.tau.values, axis=0) for run in runs], axis=0) == 0.0
     moved = np.max([np.ptp(run.motion.theta, axis=0) for run in runs], axis=0)
     noise = np.max([np.zeros_like(moved), *_noises(runs)], axis=0)

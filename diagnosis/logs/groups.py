@@ -11,12 +11,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flexhex.diagnosis.logs.log import Finding, Log
+from flexhex.diagnosis.logs.passes import contradictions
 from flexhex.diagnosis.logs.shifts import shift_of
 
 ALIKE = {"r": 0.02, "theta": 0.05}
 """Largest relative difference of two passes."""
-OTHER_UNIT = 20.0
-"""Ratio of two passes' torques that no machine makes, but another unit does."""
 
 
 @dataclass(frozen=True)
@@ -104,11 +103,7 @@ def _notes(name: str, group: list[Log], members: list[list[Log]]) -> list[Findin
         if other[0].trajectory in labels:
             text = f"also named {other[0].trajectory} as {other[0].name}, but another motion"
             notes.append(Finding("metadata", where, f"{text}: taken as {name!r}", True))
-    sizes = [float(log.tau.std()) for log in group]
-    if max(sizes) > OTHER_UNIT * min(sizes):
-        least, most = (group[sizes.index(f(sizes))].name for f in (min, max))
-        text = f"torques are {max(sizes) / max(min(sizes), 1e-300):.3g} times those of {least}"
-        notes.append(Finding("range", most, f"{text}, of the same motion: another unit?", False))
+    notes += contradictions(group, [log for logs in members for log in logs])
     numbers = [log.pass_number for log in group if log.pass_number is not None]
     if len(numbers) != len(set(numbers)):
         notes.append(Finding("metadata", where, "two runs have the same pass number", True))

@@ -30,7 +30,7 @@ class Seen:
 @dataclass(frozen=True)
 class Arrangement:
     """What the log might mean: column of each axis' angle, and of its torque; factors of both;
-    what is added to the angles [rad]."""
+    what is added to the angles [rad]; sized: whether it is a size of torques alone."""
 
     text: str
     order: tuple[int, ...]
@@ -38,6 +38,7 @@ class Arrangement:
     torque: Array
     efforts: tuple[int, ...] = ()
     zero: Array | float = 0.0
+    sized: bool = False
 
     def of(self, seen: Seen) -> Seen:
         """The run as it would be then."""

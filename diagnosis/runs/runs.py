@@ -23,6 +23,21 @@ SKIPPED = 100
 """Runs at most that are taken to lie between two; numbers further apart are labels."""
 FASTEST = 1e-3
 """Model columns are evaluated no more often than this [s]; torques keep their own rate."""
+SLOWEST = 0.05
+"""Longest sample time [s]. Axes under control answer within some tenths of a second, and the
+shortest window takes four samples: beyond it accelerations are over before they are seen. A log of
+a drive with times in ms that are taken for s has 0.06 s and more, up to 16 kHz."""
+
+
+def refuse_slow(log: Log) -> None:
+    """LogError where samples are too far apart to see what a controlled axis does."""
+    ts = max(log["theta"].ts, log["tau_meas"].ts)
+    if ts > SLOWEST:
+        raise LogError(
+            f"{log.name}: samples are {ts:.3g} s apart, at most {SLOWEST:g} s show how a controlled"
+            f" axis accelerates: is `time` in ms (that would be {1 / (1e-3 * ts):.3g} Hz)?"
+            " --unit time=ms says so"
+        )
 
 
 def runs_of(

@@ -125,9 +125,44 @@ def written(folder: Path, times: Array) -> list[Path]:
     return paths
 
 
-def test_torques_of_motors_before_their_gears_are_reported_with_the_factor() -> None:
-    said = mispaired(base(), runs(same, lambda v: v * np.array([1.0, 1 / 50])))
-    assert "with the torque of axis 2 times 50 (a current, or a gear?)" in said
+GEARED = np.array([1.0, 1 / 50])
+"""Torques of motors, of which the second is before its gear."""
+
+
+def test_torques_of_motors_before_their_gears_are_pointed_out_with_the_factor() -> None:
+    """Not refused: other masses than the file's may be the reason as well."""
+    listed = runs(same, lambda v: v * GEARED)
+    assert mispaired(base(), listed) == ""
+    assert "0.02 times that on axis 2" in doubtful(base(), listed)
+
+
+def test_factor_beside_another_arrangement_is_refused_with_both() -> None:
+    said = mispaired(base(), runs(same, lambda v: v * GEARED * FIRST))
+    assert "with the torque of axis 1 negated and the torque of axis 2 times 50 (a current" in said
+
+
+MOSTLY_FRICTION = 20.0
+"""Five times what the links need at the first axis, fifteen times at the second, RMS [N m]."""
+
+
+@pytest.mark.parametrize("text", ["axes 1 and 2 exchanged", "the torque of axis 1 negated"])
+def test_wrong_arrangement_is_refused_where_friction_is_most_of_the_torque(text: str) -> None:
+    assert text in mispaired(base(), runs(*WRONG[text], friction=MOSTLY_FRICTION))
+
+
+def test_right_arrangement_is_silent_where_friction_is_most_of_the_torque() -> None:
+    listed = runs(same, same, friction=MOSTLY_FRICTION)
+    assert (mispaired(base(), listed), doubtful(base(), listed)) == ("", "")
+
+
+def test_file_that_makes_it_worse_than_friction_alone_is_doubted() -> None:
+    """The torque has nothing of the file's links: little beside friction; nothing mends it."""
+    listed = [
+        replace(run, tau=replace(run.tau, values=MOSTLY_FRICTION * np.sign(run.motion.thetad)))
+        for run in runs(same, same)
+    ]
+    assert mispaired(base(), listed) == ""
+    assert "less stays without these values" in doubtful(base(), listed)
 
 
 def test_angles_exchanged_alone_are_reported() -> None:

@@ -12,7 +12,7 @@ from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
-from flexhex.diagnosis.runs.runs import runs_of, starts_of
+from flexhex.diagnosis.runs.runs import refuse_slow, runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 from tests.conftest import MACHINE_FILE
 from tests.diagnosis import two_links
@@ -103,3 +103,21 @@ def test_same_finding_in_many_logs_is_one_line_with_the_range_of_its_figures(
     low, high = (float(word.rstrip(":")) for word in text.split("reaches ")[1].split()[:3:2])
     assert "1.csv and 2 more: theta[1] reaches" in text
     assert 49.0 < low < 53.0 < 69.0 < high < 73.0
+
+
+def test_file_with_times_in_another_unit_is_named(tmp_path: Path) -> None:
+    """Of several only one is wrong; the others would be too short beside it."""
+    rows, paths = two_links.run(1, 1, 0.0, (0.0, 0.0)), []
+    for name, scale in (("a", 1.0), ("b", 1e3)):
+        paths.append(tmp_path / f"{name}.csv")
+        columns = [scale * rows["time"], rows["theta"], rows["tau_meas"]]
+        head = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"
+        np.savetxt(paths[-1], np.column_stack(columns), delimiter=",", header=head, comments="")
+    with pytest.raises(LogError, match=r"b\.csv: samples are 2 s apart.*time=ms"):
+        run_set_of(paths, [], None, Options("axis"))
+
+
+def test_twenty_samples_a_second_are_enough() -> None:
+    refuse_slow(Log.of("a", 0.05, *np.ones((2, 10, 1))))
+    with pytest.raises(LogError, match=r"at most 0\.05 s"):
+        refuse_slow(Log.of("a", 0.06, *np.ones((2, 10, 1))))

@@ -86,3 +86,38 @@ def test_repeating_motion_is_not_moved_by_a_period() -> None:
     logs = [Log.of(n, TS, theta, theta) for n in "ab"]
     (group,) = group_runs(logs)
     assert group.logs[1].shift == pytest.approx(0.0, abs=1e-9)
+
+
+def passes(*changes: tuple[float, float]) -> list[Log]:
+    """Passes of one motion, and a run of another, whose torques are changed: factor and load. They
+    are those of an inertia with friction and a spring; the load hangs on the spring's arm."""
+    logs = [run(1, 0.01 * k, f"a{k}") for k in range(len(changes))] + [run(2, 0.0, "b")]
+    listed = []
+    for log, (factor, load) in zip(logs, [*changes, (1.0, 0.0)], strict=True):
+        rate = np.gradient(log.theta, TS, axis=0)
+        tau = 3.0 * np.tanh(rate) + 5.0 * log.theta + load * np.cos(log.theta)
+        listed.append(replace(log, channels=Log.of("", TS, log.theta, factor * tau).channels))
+    return listed
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ([(1, 0), (1e3, 0)], "a1: torques are 1e+03 times those of a0"),
+        ([(1, 0), (1e-3, 0)], "a1: torques are 0.001 times those of a0"),
+        ([(-1, 0), (1, 0)], "a0: the torque of axis 1, 2"),
+        ([(1, 0), (1, 0), (-1, 0)], "a2: the torque of axis 1, 2"),
+    ],
+)
+def test_pass_that_contradicts_the_others_is_named(
+    changes: list[tuple[float, float]], said: str
+) -> None:
+    group, _ = group_runs(passes(*changes))
+    (finding,) = [f for f in group.findings if f.kind == "passes"]
+    assert str(finding).startswith(said)
+
+
+@pytest.mark.parametrize("load", [-10.0, 4.0, 30.0])
+def test_what_a_pass_carries_is_no_contradiction(load: float) -> None:
+    group, _ = group_runs(passes((1, 0), (1, load)))
+    assert "passes" not in {f.kind for f in group.findings}

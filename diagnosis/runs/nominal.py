@@ -1,0 +1,94 @@
+"""What the torque that a base model's file says of a motion leaves of the measured one, beside
+friction and a rotor on each axis that cannot be negative."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.runs.arrangements import Seen
+
+Array = NDArray[np.float64]
+NEARLY = 2.0
+"""Factor by which the nominal torque may be wrong."""
+SHARP = (0.005, 0.05, 0.5)
+"""Rates, relative to their RMS, at which dry friction is there: a sum of these is friction that
+grows from rest in any way."""
+
+
+def scaled(base: Base, seen: Sequence[Seen], axis: int) -> tuple[Array, Array, Array]:
+    """See `_columns`, of the nominal torque."""
+    nominal = _nominal(base)
+    model = np.concatenate([_torque(base, s, nominal)[:, axis] for s in seen])
+    return _columns(seen, model, axis)
+
+
+def left_of(base: Base, seen: Sequence[Seen], without: bool = False, offset: bool = True) -> Array:
+    """Share (n,) of each axis' mean square that nominal torque, friction and rotor leave, and an
+    offset; without: those that these leave alone."""
+    nominal = _nominal(base)
+    model = np.zeros((sum(len(s.tau) for s in seen), base.n))
+    if not without:
+        model = np.concatenate([_torque(base, s, nominal) for s in seen])
+    shares = np.zeros(base.n)
+    for i in range(base.n):
+        columns = _columns(seen, model[:, i], i, offset)
+        shares[i] = _least(*columns) / len(model)
+    return shares
+
+
+def _least(nominal: Array, others: Array, tau: Array) -> float:
+    """Sum of squares that is left at best of tau (samples,) by the nominal torque (samples,) times
+    1 / NEARLY to NEARLY and by others (samples, k), none below zero."""
+    # beside its least share nothing is below zero
+    rest = tau - nominal / NEARLY
+    x, norm = not_below_zero(np.column_stack([nominal, others]), rest)
+    if x[0] > NEARLY - 1 / NEARLY:
+        norm = not_below_zero(others, tau - NEARLY * nominal)[1]
+    return float(norm**2)
+
+
+def not_below_zero(columns: Array, tau: Array) -> tuple[Array, float]:
+    """Coefficients (k,), none negative, and the norm of what they leave."""
+    from scipy.optimize import nnls  # takes long to load
+
+    x, norm = nnls(columns, tau)
+    return x, float(norm)
+
+
+def _columns(
+    seen: Sequence[Seen], model: Array, axis: int, offset: bool = True
+) -> tuple[Array, Array, Array]:
+    """Nominal torque (samples,) of an axis, friction and rotor (samples, k) with an offset, and its
+    measured torque (samples,), all relative to the deviation of the latter. Without an offset:
+    relative to its RMS, with friction of either way for itself."""
+    rate, acceleration, tau = (
+        np.concatenate([getattr(s, name)[:, axis] for s in seen])
+        for name in ("thetad", "thetadd", "tau")
+    )
+    speed = rate / max(_rms(rate), 1e-300)
+    dry = [np.tanh(speed / sharp) for sharp in SHARP]
+    if offset:
+        ways = [*dry, np.ones(len(speed)), -np.ones(len(speed))]
+    else:
+        ways = [way for d in dry for way in ((d + 1) / 2, (d - 1) / 2)]
+    others = np.stack([*ways, speed, acceleration / max(_rms(acceleration), 1e-300)], axis=1)
+    unit = max(float(tau.std()) if offset else _rms(tau), 1e-300)
+    return model / unit, others, tau / unit
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def _nominal(base: Base) -> Array:
+    """Parameters of the base model as they are written (n_p,)."""
+    return np.array([known.nominal for known in base.linear])
+
+
+def _torque(base: Base, seen: Seen, nominal: Array) -> Array:
+    motion = Motion(0.0, 1.0, seen.theta, seen.thetad, seen.thetadd)
+    return base.torque(motion, base.loaded(nominal, seen.payload))
