@@ -46,9 +46,7 @@ def searched(
         requests.append(bench.model)
         fit = SimpleNamespace(bench=bench, geared=geared)
         there = SimpleNamespace(fit=fit, remains=())
-        return SimpleNamespace(
-            bench=bench, others=None, side=there, accepted=[fit] if named else []
-        )
+        return SimpleNamespace(bench=bench, others=None, side=there, fit=fit if named else None)
 
     bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
