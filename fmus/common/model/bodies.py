@@ -21,8 +21,6 @@ INERTIA_NAMES = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_yy", "J_zz", "J_xy", "J
 INERTIA_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m2",) * 6
 UPPER_NAMES, UPPER_UNITS = ("J", "mc_x", "mc_z"), ("kg m2", "kg m", "kg m")
 STIFFNESS_NAMES = ("k_u2", "k_u3", "k_s1", "k_s2")
-POSITIVE = {"m", "J", "J_xx", "J_yy", "J_zz", *STIFFNESS_NAMES}
-"""Masses, moments of inertia about an axis and stiffness: no machine has them below zero."""
 
 
 @dataclass(frozen=True)
