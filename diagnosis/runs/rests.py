@@ -74,9 +74,9 @@ def sticking(motion: Motion, pace: Array) -> Mask:
     """
     noise = np.zeros_like(pace) if motion.noise is None else motion.noise
     stuck = np.zeros(motion.theta.shape, dtype=bool)
-    for i, angle in enumerate(motion.theta.T):
-        near = REACH * noise[i]
-        turn = TURN * 2 * np.sqrt(2 * near / max(pace[i], np.finfo(float).tiny))
+    for i in np.flatnonzero(pace > 0):
+        angle, near = motion.theta[:, i], REACH * noise[i]
+        turn = TURN * 2 * np.sqrt(2 * near / pace[i])
         width = 2 * max(int(np.ceil(turn / motion.ts / 2)), 1) + 1
         still = maximum_filter1d(angle, width) + maximum_filter1d(-angle, width) <= near
         stuck[:, i] = maximum_filter1d(still, width)

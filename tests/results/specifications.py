@@ -52,6 +52,11 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "5 s": "source of the IgH master",
         "10 µs": "source of the IgH master",
         "1.19": "bound of the torque constant that a drive reports, fourth root of two",
+        "1.8 N m": "dynamic braking in the tests, at 1 rad/s",
+        "3 N m": "torque constant of the tests, per ampere",
+        "1 rad": "speed that the tests of the landing hold",
+        "1 A": "AKD Parameter and Command Reference Guide on DRV.DBILIMIT",
+        "2 A": "AKD Parameter and Command Reference Guide on DRV.DBILIMIT",
     },
     "docs/gateway-power-up.md": {
         "1.19": "bound of the torque constant that a calibration finds, fourth root of two",
