@@ -93,7 +93,8 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     if not neighbours:
         # what is slow may as well be the model's error, and what wanders from run to run, too
         rms = _rms([block.judged for block in blocks], residual)
-        flat = np.hypot(rms, white)
+        # of an axis that rests all the time nothing is known
+        flat = np.hypot(np.nan_to_num(rms), white)
         return Noise(np.zeros((n, ORDER)), flat, rms, flat, False, np.ones((n, 2)))
     traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
     masks = [blocks[a].judged & blocks[b].judged for a, b in neighbours]

@@ -89,6 +89,8 @@ def test_run_in_which_an_axis_rests_all_the_time_says_nothing_of_its_noise() -> 
         )
         for k, moves in enumerate(there)
     ]
-    rms = measured(blocks, [np.full((size, 2), value) for value in (1.0, 3.0, 7.0)]).rms
-    assert rms[0] == pytest.approx(5**0.5)
-    assert np.isnan(rms[1])
+    noise = measured(blocks, [np.full((size, 2), value) for value in (1.0, 3.0, 7.0)])
+    assert noise.rms[0] == pytest.approx(5**0.5)
+    assert np.isnan(noise.rms[1])
+    # its rows are zeros, and must stay so
+    assert np.isfinite(noise.scale).all()
