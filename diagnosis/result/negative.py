@@ -75,6 +75,9 @@ def negative(fit: Joint, sure: float) -> str:
     model, texts = fit.bench.model, list[str]()
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) * model.scale
     for i, kind in enumerate(kinds_of(model.base, model.base.n)):
+        if not any(block.judged[:, i].any() for block in model.blocks):
+            # no row says anything of an axis that rests all the time
+            continue
         own = [
             Asked(k.name, k.nominal + float(model.scale[p] * fit.q[p]), float(deviation[p]), k.unit)
             for p, k in enumerate(model.base.linear)

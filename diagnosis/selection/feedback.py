@@ -67,7 +67,8 @@ def feedback(moments: Moments) -> list[Term]:
         felt = {i: v for i, v in values.items() if any(part.any() for part in v)}
         white = {i: rows.white(i, v) for i, v in felt.items()}
         squares = sum((w**2).mean(axis=0) for w in white.values())
-        prior = np.maximum(squares, np.finfo(float).tiny) / left
+        # a column that no row feels, as of an axis that rests, stays out of it with any
+        prior = np.where(squares > 0, squares, 1.0) / left
         terms.append(Term({i: rows.raw(v) for i, v in felt.items()}, white, prior))
     return terms
 

@@ -78,6 +78,28 @@ def test_what_friction_holds_at_rest_is_no_residual(tmp_path: Path) -> None:
     assert abs(value.value - FRICTION) < 0.02 * FRICTION
 
 
+@pytest.mark.filterwarnings("error")
+def test_axis_that_trembles_in_its_place_says_nothing(tmp_path: Path) -> None:
+    """In some runs its angle has noise, in others it is one number; none is repeated."""
+    rng, paths = np.random.default_rng(3), list[Path]()
+    t = np.arange(8000) * 1e-3
+    for k in range(3):
+        angle = np.sin((2 + k) * t) + 0.3 * np.sin((7 + k) * t)
+        rate = np.gradient(angle, 1e-3)
+        tau = 0.08 * np.gradient(rate, 1e-3) + 0.3 * np.tanh(rate / 0.01)
+        other = 0.5 + 1e-5 * (k % 2) * rng.standard_normal(len(t))
+        noise = NOISE * rng.standard_normal((2, len(t)))
+        rows = np.column_stack([t, angle, other, tau + noise[0], 0.2 + noise[1]])
+        names = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]"
+        head = f"# trajectory: {k}\n{names}\ns,rad,rad,N m,N m"
+        paths.append(tmp_path / f"{k}.csv")
+        np.savetxt(paths[-1], rows, "%.8f", ",", header=head, comments="")
+    found = diagnose(paths, options=Options("axis"))
+    assert [(e.id, e.axes) for e in found.effects] == [("coulomb_friction", (1,))]
+    assert not found.doubt
+    assert any(note.startswith("axis 2 rests for 100%") for note in found.notes), found.notes
+
+
 def test_run_in_which_an_axis_rests_all_the_time_says_nothing_of_its_noise() -> None:
     """Nor does an axis that rests in all of them, of which no number is known."""
     size = 4
