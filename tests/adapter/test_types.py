@@ -129,21 +129,3 @@ def test_fixed_parameter_of_any_type_is_fixed(typed: Slave) -> None:
     assert typed.call("fmi2ExitInitializationMode") == OK
     assert call(typed, "fmi2SetBoolean", "offset", 0) == ERROR
     assert "fmi2SetBoolean: offset is a fixed parameter" in typed.said
-
-
-def test_elements_carry_their_own_least_values(tmp_path: Path) -> None:
-    least = (0.0, -math.inf, -2.0)
-    interface = changed(toys.interface(), "begin", least=least)
-    path = build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path, cache=OBJECTS)
-    binary = Binary(path, tmp_path / "unpacked")
-    slave, first = Slave(binary), VR["begin[1]"]
-    for k, low in enumerate(least):
-        element = binary.xml.find(f".//ScalarVariable[@name='begin[{k + 1}]']/Real")
-        assert float(element.get("min", -math.inf)) == low
-        assert slave.set([first + k], [-2.5]) == (ERROR if low > -2.5 else OK)
-        assert slave.set([first + k], [max(low, -2.5)]) == OK
-    assert slave.set([first, first + 1, first + 2], [1.0, -9.0, -2.5]) == ERROR
-    assert "begin[3] = -2.5 N m, allowed -2 to " in slave.said
-    slave.free()
-    with pytest.raises(StartValueError, match=r"begin\[1\] starts at 0.1 N m, allowed 0.2 to inf"):
-        changed(toys.interface(), "begin", least=(0.2, 0.0, 0.0))
