@@ -4,15 +4,13 @@ what words."""
 from __future__ import annotations
 
 import ctypes as ct
-import math
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from fmpy.validation import validate_fmu
 
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmus.common.errors import InterfaceError, StartValueError
+from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Interface, Item
 from tests.adapter import toys
 from tests.adapter.slave import ERROR, OK, Binary, Slave
