@@ -30,7 +30,8 @@ def refined(
 ) -> tuple[EffectHypothesis, dict[Left, Tried]]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
     each peak of the grid, half the distance to its neighbours each time, until that changes next to
-    nothing: beside chance, and beside a relative error of the form as large as thought."""
+    nothing: beside chance, and beside a relative error of the form as large as thought. A step that
+    gains no more than chance is not taken: a shape stays where its form is simplest."""
     evidence = fits[None].evidence
     starts = [(effect.shapes[k], float(evidence[k])) for k in peaks(effect.shapes, evidence)]
     ends = [_uphill(moments, hypotheses, effect, start, error) for start in starts]
@@ -74,7 +75,7 @@ def _uphill(
             listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
             steep |= bool((np.abs(listed - evidence) > flat).any())
             higher = int(np.argmax(listed))
-            if listed[higher] > evidence:
+            if listed[higher] > evidence + FLAT:
                 now, evidence = beside[higher], float(listed[higher])
         if not steep:
             break
