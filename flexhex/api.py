@@ -14,7 +14,8 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
-from flexhex.diagnosis.estimation.extras import Extras, extras_of, read_diagnosis
+from flexhex.diagnosis.estimation.extras import Extras
+from flexhex.diagnosis.estimation.found import extras_of, read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.identify import Fit, fit
 from flexhex.diagnosis.estimation.plausible import listed_names

@@ -54,9 +54,10 @@ class Seen:
         c = np.zeros(len(known))
         c[places] = [factor for _, factor in combination.terms]
         value = float(c @ (estimated.values + self.more))
-        file = float(c @ (np.array([k.nominal for k in known]) + self.more))
         # what is assumed of friction and effects is no file's
         ours = [known[p].group in (FRICTION, EFFECT) for p in places]
+        told = [p for own, p in zip(ours, places, strict=True) if not own]
+        file = float(sum(c[p] * (known[p].nominal + self.more[p]) for p in told))
         wide = [np.inf if own else known[p].tolerance for own, p in zip(ours, places, strict=True)]
         tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
         q = c * estimated.model.scale

@@ -20,6 +20,7 @@ from flexhex.diagnosis.estimation.attenuation import taken_back
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.friction import Form
 from flexhex.diagnosis.estimation.machine_values import possible_values
+from flexhex.diagnosis.estimation.uncertainty import covariance
 from flexhex.diagnosis.estimation.weights import even, first_weights, levelled
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms
@@ -30,8 +31,8 @@ from flexhex.diagnosis.runs.blocks import JUDGED, LATEST, Run, blocks
 
 Array = NDArray[np.float64]
 ROUNDS, FORMED, LATER = 6, 2, 0.02
-"""Fits at most; those of them that choose the form of friction; and the change of the delay,
-relative to its tolerance, that ends them."""
+"""Fits at most; those of them that choose the form of friction; and the change of the delay and of
+shapes, relative to tolerance and deviation, that ends them."""
 FINER = (1.5, 1.5, 1.25, 1.25, 1.1)
 """Factors by which the numbers of a form are tried beside the best of the grid."""
 APART = 0.5
@@ -102,26 +103,28 @@ def again(estimated: Estimated, base: Base) -> Estimated:
 
 def _estimated(model: Calibrated, more: Extras) -> Estimated:
     """A base model with friction and further effects, from these weights on."""
-    listed = more.beside(friction.parameters(model.base, model.blocks)) + more.parameters(model)
-    dry = _dry(model, listed)
-    estimated = _settled(model, listed, dry, more)
+    rubbing = more.beside(friction.parameters(model.base, model.blocks))
+    dry = _dry(model, rubbing)
+    estimated = _settled(model, rubbing, dry, more)
     if dry and abs(model.fitted.delay) > APART * model.fitted.late:
         # a wrong form of friction may be what is late
         prompt = about_known(
             model.base, model.blocks, replace(model.fitted, delay=0.0), model.noise
         )
-        estimated = min(estimated, _settled(prompt, listed, dry, more), key=_left)
-    return _finished(estimated, more)
+        estimated = min(estimated, _settled(prompt, rubbing, dry, more), key=_left)
+    return _finished(estimated)
 
 
 @dataclass(frozen=True)
 class _Fit:
-    """A base model with friction, its regression beside priors, and the friction's forms."""
+    """A base model with friction and further effects, its regression beside priors, and the
+    friction's forms."""
 
     model: Calibrated
     regression: Regression
     level: float
     forms: tuple[Form, ...]
+    more: Extras
 
     @property
     def values(self) -> Array:
@@ -138,7 +141,7 @@ def _left(fit: _Fit) -> float:
 
 def _settled(
     model: Calibrated,
-    listed: Sequence[Known],
+    rubbing: Sequence[Known],
     dry: dict[int, dict[Form, list[Array]]],
     more: Extras,
 ) -> _Fit:
@@ -146,12 +149,13 @@ def _settled(
     usual = Form("rate", 1.0, "")
     forms = tuple(next(iter(dry.get(i, {usual: []}))) for i in range(model.base.n))
     for turn in range(ROUNDS):
+        listed = [*rubbing, *more.parameters(model)] if more.listed else rubbing
         full = _beside(model, listed, forms, more)
         if turn < FORMED:
             forms = _formed(full, dry, forms)
             full = _beside(model, listed, forms, more)
         regression, level = levelled(full)
-        fit = _Fit(full, regression, level, forms)
+        fit = _Fit(full, regression, level, forms, more)
         late = next(i for i, k in enumerate(full.known) if k.group == "delay")
         most = LATEST * model.fitted.late
         moved = replace(
@@ -160,9 +164,13 @@ def _settled(
             delay=float(np.clip(fit.values[late], -most, most)),
             loads={load.name: fit.values[full.places(load)] for load in full.loads},
         )
+        further = more.moved(
+            model, dict(zip([k.name for k in full.known], fit.values, strict=True))
+        )
         settled = abs(moved.delay - model.fitted.delay) < LATER * model.fitted.late
-        if settled and turn >= FORMED:
+        if settled and turn >= FORMED and further.apart(more) < LATER:
             break
+        more = further
         model = about_known(model.base, model.blocks, moved, even(full, regression.q))
     return fit
 
@@ -214,31 +222,16 @@ def _formed(
     return tuple(best_forms)
 
 
-def _finished(fit: _Fit, more: Extras) -> Estimated:
+def _finished(fit: _Fit) -> Estimated:
     model, regression = fit.model, fit.regression
     back = model.scale * taken_back(model, regression)
     values = fit.values + back
     curvature = (np.diag(regression.prior) + regression.gram[0] + regression.firm) / fit.level
     result, wrong = possible_values(model, values, curvature)
-    spread = _covariance(fit) * np.outer(model.scale, model.scale) + np.outer(back, back)
+    spread = covariance(model, regression, fit.level) * np.outer(
+        model.scale, model.scale
+    ) + np.outer(back, back)
     return Estimated(
         model, result.values, spread, values, result.excess, wrong, fit.level, fit.forms,
-        regression, more, back,
+        regression, fit.more, back,
     )  # fmt: skip
-
-
-def _covariance(fit: _Fit) -> Array:
-    """Of the coefficients (nb, nb), robust to errors that go together within a cluster."""
-    layout, regression = fit.model.layout, fit.regression
-    scores = np.zeros((len(regression.prior), regression.clusters))
-    for i in range(layout.n):
-        rows, places = layout.rows(i), regression.B.places(i)
-        other = layout.across(regression.B.at(i, places), i)
-        weighted = other * regression.residual[rows, None]
-        at = layout.cluster[rows]
-        scores[places] += [np.bincount(at, w, regression.clusters) for w in weighted.T]
-    seen = len(np.unique(layout.cluster))
-    S = scores @ scores.T * (seen / max(1, seen - 1))
-    A = regression.covariance
-    # the priors that are in the regression count level times
-    return np.asarray(A @ (S + np.diag(regression.prior) * fit.level) @ A)

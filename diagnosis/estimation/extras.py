@@ -2,43 +2,52 @@
 
     tau = Y p + friction + sum gain column(shape)
 
-The gains are estimated anew with all other parameters, the shapes stay as they were found. Dry and
-viscous friction and an offset are in every identification already.
+The gains are estimated anew with all other parameters. So are the shapes of which the diagnosis
+says how sure they are, by the change of the torque with each; the others stay as they were found.
+Dry and viscous friction and an offset are in every identification already.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Known
-from flexhex.diagnosis.estimation.changes import Change, changes_of
+from flexhex.diagnosis.estimation.changes import Change
 from flexhex.diagnosis.estimation.friction import PARAMETER
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.fmus.common.effects import Effect, library
-from flexhex.fmus.common.errors import UsageError, unreadable
+from flexhex.fmus.common.effects import Effect, Shape
+from flexhex.fmus.common.errors import UsageError
 
 Array = NDArray[np.float64]
 GROUP = "effect"
+WEAK, STEP = 3.0, 0.1
+"""Of the standard deviation that the diagnosis gives a shape: that of its prior, which is wide as
+both know it from the same runs, and the way over which the change of its torque is taken."""
 
 
 @dataclass(frozen=True)
 class Extra:
-    """An effect on an axis, from 0, with its shape; number: which of several on one axis."""
+    """An effect on an axis, from 0, with its shape and gains; number: which of several on one axis.
+    deviation: standard deviations of the shapes that are known by one."""
 
     effect: Effect
     axis: int
     shape: Mapping[str, float]
     number: int = 1
+    gains: tuple[float, ...] = ()
+    deviation: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def free(self) -> list[Shape]:
+        """Shapes that are estimated."""
+        return [shape for shape in self.effect.shapes if shape.name in self.deviation]
 
     def parameter(self, name: str) -> str:
         """A gain's or shape's name among all parameters: `cogging_harmonic.a[2]`."""
@@ -75,106 +84,84 @@ class Extras:
             )
 
     def columns(self, model: Calibrated) -> list[Array]:
-        """Smoothed columns (m, n, k) of all gains in each block."""
-        n = model.base.n
-        count = sum(len(one.effect.gains) for one in self.listed)
+        """Smoothed columns (m, n, k) of gains and free shapes, effect by effect, in each block."""
+        n, bench = model.base.n, self._bench(model)
+        listed = [(one.axis, _columns(bench, one)) for one in self.listed]
+        count = sum(own[0].shape[1] for _, own in listed)
         columns = [np.zeros((len(block.at), n, count)) for block in model.blocks]
-        if self.listed:
-            bench = Bench(model, compiled(n, {one.effect.id: one.effect for one in self.listed}))
         place = 0
-        for one in self.listed:
-            width = len(one.effect.gains)
-            for whole, own in zip(
-                columns, bench.thin(one.effect.id, one.axis, one.shape), strict=True
-            ):
-                whole[:, one.axis, place : place + width] = own
+        for axis, blocks in listed:
+            width = blocks[0].shape[1]
+            for whole, own in zip(columns, blocks, strict=True):
+                whole[:, axis, place : place + width] = own
             place += width
         return columns
 
     def parameters(self, model: Calibrated) -> list[Known]:
-        """The gains, with weak priors: one standard deviation makes all of the axis' torque."""
-        known, place, kinds = list[Known](), 0, kinds_of(model.base, model.base.n)
-        columns = np.concatenate(self.columns(model)) if self.listed else None
+        """Gains and free shapes, with weak priors: one standard deviation of a gain makes all of
+        the axis' torque."""
+        known, kinds = list[Known](), kinds_of(model.base, model.base.n)
+        squares = sum((part**2).sum(axis=0) for part in self.columns(model))
+        rms = np.sqrt(squares / sum(len(block.at) for block in model.blocks))
         for one in self.listed:
             for gain in one.effect.gains:
-                assert columns is not None
-                size = float(np.sqrt((columns[:, one.axis, place] ** 2).mean()))
+                size = float(rms[one.axis, len(known)])
                 most = float(model.torque_rms[one.axis]) / max(size, np.finfo(float).tiny)
                 name, unit = one.parameter(gain.name), kinds[one.axis].unit(gain.unit)
                 known.append(Known(name, unit, 0.0, most, GROUP, one.axis, bounded=gain.low >= 0.0))
-                place += 1
+            for shape in one.free:
+                name, unit = one.parameter(shape.name), kinds[one.axis].unit(shape.unit)
+                wide, value = WEAK * one.deviation[shape.name], one.shape[shape.name]
+                known.append(
+                    Known(name, unit, value, wide, GROUP, one.axis, bounded=shape.low >= 0)
+                )
         return known
 
+    def moved(self, model: Calibrated, values: Mapping[str, float]) -> Extras:
+        """The same with gains and shapes from the values of a fit, by the names of parameters."""
+        bench, listed = self._bench(model), list[Extra]()
+        for one in self.listed:
+            ranges = bench.scales.ranges(one.effect.id, one.axis)
+            shape = {
+                s.name: float(
+                    np.clip(values[one.parameter(s.name)], ranges[s.name].low, ranges[s.name].high)
+                )
+                for s in one.free
+            }
+            gains = tuple(values[one.parameter(gain.name)] for gain in one.effect.gains)
+            listed.append(replace(one, shape={**one.shape, **shape}, gains=gains))
+        return replace(self, listed=tuple(listed))
 
-def read_diagnosis(path: Path) -> Extras:
-    """Effects and changes of a diagnosis that a file keeps (`flexhex diagnose`, `diagnosis.json`).
-    UsageError for another file."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"--diagnosis {unreadable(path, error)}") from None
-    except ValueError:
-        data = None
-    return extras_of(data, f"--diagnosis {path}")
+    def apart(self, other: Extras) -> float:
+        """Largest difference of a shape from another fit's, in deviations."""
+        pairs = zip(self.listed, other.listed, strict=True)
+        return max(
+            (abs(a.shape[s] - b.shape[s]) / d for a, b in pairs for s, d in a.deviation.items()),
+            default=0.0,
+        )
+
+    def _bench(self, model: Calibrated) -> Bench:
+        effects = {one.effect.id: one.effect for one in self.listed}
+        return Bench(model, compiled(model.base.n, effects) if effects else ())
 
 
-def extras_of(data: Any, where: str) -> Extras:
-    """The same of a diagnosis as data; where: how it is called in an error."""
-    try:
-        effects = [
-            (e["id"], list(e["axes"]), _values(e), list(e["rivals"])) for e in data["effects"]
+def _columns(bench: Bench, one: Extra) -> list[Array]:
+    """Columns (m, k) of the gains of an effect, and its change with each free shape, of each
+    block."""
+    columns, ranges = (
+        [bench.thin(one.effect.id, one.axis, one.shape)],
+        bench.scales.ranges(one.effect.id, one.axis),
+    )
+    for name, deviation in one.deviation.items():
+        value, own = one.shape[name], ranges[name]
+        ends = [
+            float(np.clip(value + way * STEP * deviation, own.low, own.high)) for way in (1, -1)
         ]
-        changed = changes_of(data.get("changed", ()))
-    except (ValueError, KeyError, TypeError, AttributeError):
-        text = "is no diagnosis: name the diagnosis.json that `flexhex diagnose` wrote"
-        raise UsageError(f"{where}: {text}") from None
-    if not effects and not changed:
-        note = f"the diagnosis names nothing that is missing (verdict `{data.get('verdict')}`)"
-        return Extras(notes=(f"{note}: nothing is fitted beside",), where=where)
-    known, listed, notes = library(), list[Extra](), list[str]()
-    for id, axes, values, rivals in effects:
-        effect = known.get(id)
-        reason = "no effect of the library" if effect is None else _reason(effect)
-        if reason or effect is None:
-            notes.append(f"{id} is not fitted: {reason}")
-            continue
-        if rivals:
-            notes.append(f"{id} is indistinguishable from {', '.join(rivals)}: it is fitted")
-        if id in PARAMETER:
-            continue
-        for axis in axes:
-            there = _on_axis(effect, axis, len(axes), values)
-            listed += there
-            if not there:
-                notes.append(f"{id} is not fitted on axis {axis}: it has no values there")
-    return Extras(tuple(listed), tuple(notes), where, changed)
-
-
-def _values(effect: Mapping[str, Any]) -> dict[str, float]:
-    return {name: float(one["value"]) for name, one in effect["parameters"].items()}
-
-
-def _reason(effect: Effect) -> str:
-    """Why an effect is not fitted beside a base model, or nothing."""
-    if effect.feedforward:
-        return effect.feedforward
-    if effect.acts_on not in ("torque", "drive") or effect.geared:
-        return "it is no torque of the motion alone"
-    return ""
-
-
-def _on_axis(effect: Effect, axis: int, axes: int, values: Mapping[str, float]) -> list[Extra]:
-    """All of it on an axis, from 1: it may be there twice with other shapes."""
-    extras = []
-    for number in range(1, effect.most + 1):
-        more = f"#{number}" if number > 1 else ""
-        own = {
-            s.name: values.get(f"{s.name}[{axis}]{more}", values.get(f"{s.name}{more}"))
-            for s in effect.shapes
-        }
-        gain = effect.gains[0].name
-        there = f"{gain}[{axis}]{more}" in values or (axes == 1 and f"{gain}{more}" in values)
-        if there and all(value is not None for value in own.values()):
-            shape = {name: float(value) for name, value in own.items() if value is not None}
-            extras.append(Extra(effect, axis - 1, shape, number))
-    return extras
+        sides = [bench.thin(one.effect.id, one.axis, {**one.shape, name: end}) for end in ends]
+        columns.append(
+            [
+                ((above - below) @ one.gains / (ends[0] - ends[1]))[:, None]
+                for above, below in zip(*sides, strict=True)
+            ]
+        )
+    return [np.hstack(parts) for parts in zip(*columns, strict=True)]

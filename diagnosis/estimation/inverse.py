@@ -100,6 +100,7 @@ def _term(
         listed.append(Parameter(name, kind.unit(gain.unit), values[name]))
     for shape in one.effect.shapes:
         shapes[shape.name] = len(listed)
-        value = float(one.shape[shape.name])
-        listed.append(Parameter(one.parameter(shape.name), kind.unit(shape.unit), value))
+        name = one.parameter(shape.name)
+        value = values.get(name, float(one.shape[shape.name]))
+        listed.append(Parameter(name, kind.unit(shape.unit), value))
     return equations.Term(one.effect, one.axis, tuple(gains), shapes)

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from flexhex.diagnosis.estimation.excitation import excitation
-from flexhex.diagnosis.estimation.extras import read_diagnosis
+from flexhex.diagnosis.estimation.found import read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.estimation.records import Identified

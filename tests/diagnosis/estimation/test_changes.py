@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from flexhex.diagnosis.estimation.extras import extras_of
+from flexhex.diagnosis.estimation.found import extras_of
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.prepare import Options
 from flexhex.fmus.common.errors import UsageError

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.estimation.extras import read_diagnosis
+from flexhex.diagnosis.estimation.found import read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.prepare import Options
@@ -120,6 +120,23 @@ def test_gains_are_fitted_with_all_parameters_and_stand_in_the_fmu(tmp_path: Pat
     away = np.abs(v[1:-1]) > 0.05
     away[0] = False
     assert_close(got[away, 0], wanted[away], atol=0.01 * np.abs(wanted).max(), what="tau_ff")
+
+
+def test_a_shape_that_is_known_roughly_is_fitted_with_its_interval(tmp_path: Path) -> None:
+    found = json.loads(json.dumps(FOUND))
+    found["effects"][2]["parameters"]["order"] = {"value": ORDER + 0.2, "ci95": [13.8, 14.6]}
+    more = read_diagnosis(written(tmp_path, found))
+    identified = identify(logs(tmp_path)[:1], options=Options("axis"), more=more)
+    order = identified["cogging_harmonic.order[1]"].estimate
+    # half as far off as it was given, though friction of the runs has another form
+    assert abs(order.value - ORDER) < 0.1
+    assert order.ci95[0] < ORDER < order.ci95[1] < order.ci95[0] + 0.3
+    fmu = write_fmu(tmp_path / "inverse.fmu", identified)
+    turned = np.linspace(0.0, 0.8, 60)[:, None]
+    got = played(fmu, turned, np.full((60, 1), 0.8 / 59 / TS), np.zeros((60, 1)))[:, 0]
+    wanted = A * np.cos(ORDER * turned[1:-1, 0]) + B * np.sin(ORDER * turned[1:-1, 0])
+    apart = got[20:] - wanted[20:]  # beyond the way over which friction turns over
+    assert np.ptp(apart) < 0.1 * np.ptp(wanted)
 
 
 def test_parameters_of_an_effect_can_be_tuned_in_the_fmu(tmp_path: Path) -> None:
