@@ -195,7 +195,7 @@ def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool
     places = [before.base.rotors[axis] for axis in geared]
     rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
     turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
-    return bool(widths > BENT or delay > LATER * before.fitted.late or turned)
+    return bool(widths > BENT or delay > LATER * after.fitted.late or turned)
 
 
 def _sought(run_set: RunSet) -> dict[str, Effect]:

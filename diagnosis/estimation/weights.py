@@ -23,7 +23,9 @@ def even(model: Calibrated, q: Array) -> Noise:
     is more than noise, and has another spectrum."""
     left = np.maximum(axis_rms(model.blocks, model.residual(q)), np.finfo(float).tiny)
     n = model.base.n
-    return Noise(np.zeros((n, ORDER)), *(left,) * 3, model.noise.repeats, np.ones((n, 2)))
+    return Noise(
+        np.zeros((n, ORDER)), *(left,) * 3, model.noise.repeats, np.ones((n, 2)), np.ones(n)
+    )
 
 
 def first_weights(model: Calibrated) -> Noise:

@@ -10,20 +10,19 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.jointfit.answer import Joint, again
+from flexhex.diagnosis.jointfit.guess import first_guess
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.jointfit.leftover import axis_rms
-from flexhex.diagnosis.jointfit.rubbed import friction, with_friction
+from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.linearize import about
-from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
+from flexhex.diagnosis.runs.blocks import LATEST, Block
 from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
 STEPS = 2
 """Gauss-Newton steps."""
-COARSE, FIRM = 4, 1e-9
-"""Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
 EXPLAINED = 0.5
 """Part of the product of the squares that all axes leave without a delay, below which it is one."""
 HELD = 1e-3
@@ -43,7 +42,7 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
 
     What the effects that the model has already explain is taken off first. Friction that it does
     not have looks like a delay: so delay and noise are those beside one. A delay beyond its
-    tolerance that does not explain much of what is left is none.
+    tolerance that does not explain much of what is left is none, until something else does.
     """
     model, left = _calibrated(base, blocks, 1.0)
     if abs(model.fitted.delay) <= model.fitted.late:
@@ -55,7 +54,7 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
 def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Calibrated, Array]:
     """The same with so much of a delay's tolerance, and the RMS (n,) [N m] that is left of each
     axis beside friction."""
-    late = share * base.late * max(block.run.tau.ts for block in blocks)
+    late = share * _tolerance(base, blocks)
     p, delay = first_guess(base, blocks, late)
     fitted = Fitted(
         p,
@@ -88,6 +87,11 @@ def _calibrated(base: Base, blocks: Sequence[Block], share: float) -> tuple[Cali
     return replace(model, off=off).doubted(left), axis_rms(blocks, left)
 
 
+def _tolerance(base: Base, blocks: Sequence[Block]) -> float:
+    """Standard deviation of the torques' common delay, before any fit [s]."""
+    return base.late * max(block.run.tau.ts for block in blocks)
+
+
 def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     """The base model fitted to the same runs anew, from its values on; they carry other payloads
     now."""
@@ -100,57 +104,6 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     noise = unweighted(measured(blocks, left), model.noise.white)
     again = about_known(model.base, blocks, _moved(rubbed, q), noise, (), model.errors)
     return replace(again, off=model.off).doubted(left)
-
-
-def first_guess(base: Base, blocks: Sequence[Block], late: float) -> tuple[Array, float]:
-    """Linear parameters p and delay of the torques [s] to whole samples of the log, from which
-    Gauss-Newton steps find the rest: with another delay their columns are turned by a good part of
-    a period, and without parameters no torque says how late it is.
-
-    Of all delays within `LATEST` tolerances, late [s], the one at which the linear base model and
-    friction leave least, if that is less than half of what they leave without: else something else
-    is missing.
-    """
-    step = max(block.run.tau.ts for block in blocks)
-    most = int(LATEST * late / step)
-    thin = [
-        replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE], moves=b.moves[::COARSE])
-        for b in blocks
-    ]
-    scale = np.array([k.tolerance for k in base.linear])
-    nominal = np.array([k.nominal for k in base.linear])
-    scale = np.where(np.isfinite(scale), scale, 1.0)
-    free = [1.0 if np.isfinite(k.tolerance) else 0.0 for k in base.linear]
-    rubbed = friction(blocks)
-    more = rubbed[0].shape[2]
-    prior = np.diag([*free, *np.zeros(more)])
-    few, every = slice(None, None, COARSE), range(len(nominal))
-    pairs = zip(blocks, rubbed, strict=True)
-    columns = [np.concatenate([b.linear.at(every, few), f[few]], axis=2) for b, f in pairs]
-    B = np.concatenate([c[t.usable] for c, t in zip(columns, thin, strict=True)])
-    known = [b.linear.times(base.loaded(nominal, b.run.payload), few) for b in blocks]
-    size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
-    weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
-    left, solutions = dict[int, float](), dict[int, Array]()
-
-    def later(k: int) -> Array:
-        y = [torque_at(t, base.window, k * step) - a for t, a in zip(thin, known, strict=True)]
-        return np.concatenate([v[t.usable] for v, t in zip(y, thin, strict=True)])
-
-    # each axis counts by its own torque
-    unit = np.maximum(later(0).std(axis=0), np.finfo(float).tiny)
-    C = (B * weight / unit[:, None]).reshape(-1, len(weight))
-    own = C.T @ C
-    G = own + prior + FIRM * np.diag(np.diag(own) + 1.0)
-    for k in range(-most, most + 1):
-        v = (later(k) / unit).ravel()
-        right = C.T @ v
-        solutions[k] = np.linalg.solve(G, right)
-        left[k] = float(v @ v - right @ solutions[k])
-    best = min(left, key=lambda k: (left[k], abs(k)))
-    best = best if left[best] < left[0] / 2 else 0
-    count = len(nominal)
-    return nominal + (weight * solutions[best])[:count], step * best
 
 
 def _weighted(
@@ -206,9 +159,14 @@ def beside(fit: Joint) -> Calibrated:
     """The base model fitted anew beside effects: what they took from it, they give back.
 
     A hysteresis fitted to its own torque and that of a friction has the width of neither. Friction
-    that was not found, or not yet, looks like a delay here, too, and stands beside them.
+    that was not found, or not yet, looks like a delay here, too, and stands beside them. A delay
+    that was held has its tolerance.
     """
     model = fit.bench.model
+    if model.fitted.late < _tolerance(model.base, model.blocks):
+        free = replace(model.fitted, late=_tolerance(model.base, model.blocks))
+        now = about_known(model.base, model.blocks, free, model.noise, (), model.errors)
+        model = now.as_sure(model)
     for _ in range(STEPS_BESIDE):
         there = fit.bench.beside(with_friction(model))
         fitted = _moved(there.model, again(fit, there).q, STRIDE)

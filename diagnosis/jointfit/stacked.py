@@ -49,8 +49,9 @@ def blends(bench: Bench, regression: Regression, parts: Sequence[Part]) -> list[
 @dataclass(frozen=True)
 class Deviations:
     """Standard deviations of all gains (k,), and of the shapes of each part, infinite for one that
-    the runs do not determine; the covariance of the gains (k, k). bent: how far an error of the
-    form as large as the effect moves each shape."""
+    the runs do not determine. covariance: of the gains (k, k) with these shapes, as whether they
+    are zero does not depend on shapes. bent: how far an error of the form as large as the effect
+    moves each shape."""
 
     gains: Array
     shapes: list[dict[str, float]]
@@ -94,6 +95,8 @@ def deviations_of(
         own = gain.beta[place]
         size = float(own @ gain.own[place, place] @ own)
         bent[k][name] = float(far) * np.sqrt(max(size, 0.0))
+    if known:
+        gain = regression.gain(Columns(None, columns), changes)
     return Deviations(deviation[:count], spread, gain.covariance[:count, :count], bent)
 
 

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 ORDER = 2
 """Order of the model that whitens an axis."""
+FREQUENCIES = 4096
+"""Frequencies at which the power of noise is taken."""
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
 INEXACT = 0.003
@@ -30,7 +32,9 @@ class Noise:
     a (n, ORDER), scale (n,) [N m]; rms (n,): of v; flat (n,): the scale if it counts as white;
     repeats: measured between passes, not taken from the residual. slow (n, 2): standard deviations
     of a run's own offset and slope, relative to what e_k alone makes of them: 1 or more, as torques
-    wander from run to run.
+    wander from run to run. correlated (n,): sum of the squares of v's correlations with itself at
+    all lags: by so much more the mean product of two passes varies by chance than that of white
+    noise.
     """
 
     a: Array
@@ -39,17 +43,24 @@ class Noise:
     flat: Array
     repeats: bool
     slow: Array
+    correlated: Array
 
     @staticmethod
     def even(n: int, scale: float) -> Noise:
         """White noise that is assumed, of the same scale [N m] on n axes."""
         size = np.full(n, scale)
-        return Noise(np.zeros((n, ORDER)), *(size,) * 3, False, np.ones((n, 2)))
+        return Noise(np.zeros((n, ORDER)), *(size,) * 3, False, np.ones((n, 2)), np.ones(n))
 
     @property
     def white(self) -> NDArray[np.bool_]:
         """Axes (n,) whose noise counts as white."""
         return np.asarray((self.a == 0).all(axis=1))
+
+    @property
+    def chance(self) -> Array:
+        """Standard errors (n,) of sums of squares and products of whitened rows, relative to those
+        of white noise."""
+        return np.asarray(np.where(self.white, np.sqrt(self.correlated), 1.0))
 
 
 def unweighted(noise: Noise, axes: NDArray[np.bool_]) -> Noise:
@@ -95,7 +106,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         rms = _rms([block.judged for block in blocks], residual)
         # of an axis that rests all the time nothing is known
         flat = np.hypot(np.nan_to_num(rms), white)
-        return Noise(np.zeros((n, ORDER)), flat, rms, flat, False, np.ones((n, 2)))
+        return Noise(np.zeros((n, ORDER)), flat, rms, flat, False, np.ones((n, 2)), np.ones(n))
     traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
     masks = [blocks[a].judged & blocks[b].judged for a, b in neighbours]
     a, scale, slow = np.zeros((n, ORDER)), np.zeros(n), np.ones((n, 2))
@@ -104,7 +115,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         a[i], scale[i] = _regressed(own, judged, float(white[i]))
         slow[i] = _slow(own, judged, a[i], scale[i])
     rms = _rms(masks, traces)
-    return Noise(a, scale, rms, np.hypot(rms, white), True, slow)
+    return Noise(a, scale, rms, np.hypot(rms, white), True, slow, _correlated(a))
 
 
 def _rms(masks: Sequence[Mask], traces: Sequence[Array]) -> Array:
@@ -127,6 +138,14 @@ def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> 
     a = np.linalg.solve(X.T @ X + max(len(y), 1) * white**2 * np.eye(ORDER), X.T @ y)
     left = ((y - X @ a) ** 2).mean() if len(y) else 0.0
     return np.asarray(a), float(np.sqrt(left + white**2 * (1 + a @ a)))
+
+
+def _correlated(a: Array) -> Array:
+    """Sum of the squared correlations (n,) of noise with these coefficients (n, ORDER): the mean of
+    the squared power over its squared mean, over all frequencies."""
+    around = np.fft.rfft(np.hstack([np.ones((len(a), 1)), -a]), FREQUENCIES, axis=1)
+    power = 1 / np.abs(around) ** 2
+    return np.asarray((power**2).mean(axis=1) / power.mean(axis=1) ** 2)
 
 
 def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:

@@ -54,7 +54,7 @@ def _in_common(rows: Rows, axis: int, left: Array, white: Array) -> tuple[float,
     weight = float(there @ (pairs @ there)) or np.inf
     # whitened noise has a variance of one
     squares = abs(float(white @ (pairs @ white)))
-    chance = float(np.sqrt(2.0 * (pairs.data**2).sum()))
+    chance = float(np.sqrt(2.0 * (pairs.data**2).sum()) * rows.model.noise.chance[axis])
     return abs(float(left @ (pairs @ left))) / weight, squares / chance, squares / 2
 
 
@@ -65,4 +65,4 @@ def _beyond_noise(rows: Rows, axis: int, left: Array, white: Array) -> tuple[flo
         return 0.0, 0.0, 0.0
     square = max(float(left @ left) / count - float(noise.rms[axis]) ** 2, 0.0)
     squares = max(float(white @ white) - count, 0.0)
-    return square, squares / float(np.sqrt(2.0 * count)), squares / 2
+    return square, squares / float(np.sqrt(2.0 * count) * noise.chance[axis]), squares / 2

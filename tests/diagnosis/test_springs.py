@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.jointfit.fit import calibrate, first_guess
+from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.jointfit.guess import first_guess
 from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.prepare import run_set_of
