@@ -15,7 +15,8 @@ from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.hypotheses.own_effect import OwnEffect, own_effects
 from flexhex.diagnosis.jointfit.fit import calibrate
-from flexhex.diagnosis.jointfit.guard import POOR, poor_axes, strange_axes
+from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
+from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
@@ -150,19 +151,28 @@ def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | 
 
 
 def misfit(model: Calibrated) -> str:
-    """Why the runs are not those of the base model's machine, or nothing."""
+    """Why the runs are not those of the base model's machine, or nothing.
+
+    One axis of several that does not fit has something that is missing: two that were exchanged,
+    or another machine, would be more, and a turned sign would go against the model.
+    """
     if not model.base.complete:
         return ""
-    # of a file that is merely wrong by many tolerances the form may still be right
-    free, _ = freely(model.regression, len(model.base.linear))
-    poor = poor_axes(model, model.residual(free.q))
+    # of a file that is merely wrong by many tolerances the form may still be right, and friction
+    # may be most of the torque
+    rubbed = with_friction(model)
+    free, _ = freely(rubbed.regression, len(model.base.linear))
+    poor, alike = poor_axes(rubbed, rubbed.residual(free.q)), together(model)
+    strange = [int(i) for i in np.flatnonzero(alike < TOGETHER)]
+    odd = sorted({*poor, *strange})
+    if len(odd) == 1 < model.base.n and alike[odd[0]] > 0:
+        return ""
     if poor:
         axes = ", ".join(str(i + 1) for i in poor)
         return (
-            f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
+            f"base model and friction leave more than {POOR:.0%} of the torque of axis {axes}:"
             " another machine, another order or sign of the axes, or other units?"
         )
-    strange = strange_axes(model)
     if strange:
         axes = ", ".join(str(i + 1) for i in strange)
         return (

@@ -13,6 +13,7 @@ from flexhex.diagnosis.jointfit.answer import Joint, again
 from flexhex.diagnosis.jointfit.fit import EXPLAINED, HELD, beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
+from flexhex.diagnosis.jointfit.rubbed import friction
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
 
@@ -38,9 +39,9 @@ def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:
     return [int(i) for i in np.flatnonzero(left > POOR * whole)]
 
 
-def strange_axes(model: Calibrated) -> list[int]:
-    """Axes (from 0) whose torque does not go with that of the machine file's own parameters and
-    the payloads of the fit.
+def together(model: Calibrated) -> Array:
+    """Correlation (n,) of each axis' torque with that of the machine file's own parameters and the
+    payloads of the fit: of all of it or beside friction, which may be most of it, the larger one.
 
     A fit may turn the sign of all inertias to please a log whose sign is turned; what it leaves
     then looks like effects.
@@ -49,12 +50,24 @@ def strange_axes(model: Calibrated) -> list[int]:
     nominal = np.where(carried, model.regression.q, model.nominal)
     left = model.residual(nominal)
     usable = [b.usable for b in model.blocks]
-    seen = np.concatenate([t[m] for t, m in zip(model.torque, usable, strict=True)])
-    modelled = seen - np.concatenate([r[m] for r, m in zip(left, usable, strict=True)])
-    seen, modelled = (v - v.mean(axis=0) for v in (seen, modelled))
-    sizes = np.linalg.norm(seen, axis=0) * np.linalg.norm(modelled, axis=0)
-    together = (seen * modelled).sum(axis=0) / np.maximum(sizes, 1e-300)
-    return [int(i) for i in np.flatnonzero(together < TOGETHER)]
+    whole, rest, rubbed = (
+        np.concatenate([part[good] for part, good in zip(parts, usable, strict=True)])
+        for parts in (model.torque, left, friction(model.blocks))
+    )
+    axes = range(model.base.n)
+    pairs = [_correlations(whole[:, i], whole[:, i] - rest[:, i], rubbed[:, i]) for i in axes]
+    return np.asarray(np.max(pairs, axis=1))
+
+
+def _correlations(one: Array, other: Array, beside: Array) -> tuple[float, float]:
+    """Correlation of two signals (rows,), and the same beside columns (rows, k)."""
+    pairs = []
+    for columns in (np.ones((len(one), 1)), beside):
+        both = np.column_stack([one, other])
+        both = both - columns @ np.linalg.lstsq(columns, both)[0]
+        squares = both.T @ both
+        pairs.append(float(squares[0, 1] / max(np.sqrt(squares[0, 0] * squares[1, 1]), 1e-300)))
+    return pairs[0], pairs[1]
 
 
 def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:

@@ -8,12 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.regression.payloads import Load
 from flexhex.diagnosis.result.verdict import NORMAL, Changed, Estimate
 
 Array = NDArray[np.float64]
+OUTSIDE = 0.05
+"""Chance that a region does not hold the truth."""
 LENGTHS = 0.003
 """Relative error of a machine's lengths, and so of a mass that its torques tell: one standard
 deviation."""
@@ -23,13 +26,15 @@ def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
     """Parameters (places in `known`) that changed, of each body or alone.
 
     Of a body those are given whose interval does not hold the value of the machine file; one at
-    least. What no machine has at or below zero is not given there.
+    least, unless the region of all of them together holds theirs: beside what else was found they
+    are what the file says. What no machine has at or below zero is not given there.
     """
     model, changed = fit.bench.model, dict[int, Changed]()
     bodies = _with_heavier(fit, bodies)
     if not bodies:
         return []
-    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) * model.scale
+    spread = fit.covariance * np.outer(model.scale, model.scale)
+    deviation = np.sqrt(np.maximum(np.diag(spread), 0.0))
     moved = np.array([known.nominal - known.written for known in model.known])
     move = model.scale * fit.q + moved
     off = np.abs(move) / np.maximum(NORMAL * deviation, np.finfo(float).tiny)
@@ -37,6 +42,8 @@ def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
         if known.positive and known.written + move[place] <= 0:
             off[place] = 0.0
     for places in bodies:
+        if _as_written(move[list(places)], spread[np.ix_(places, places)]):
+            continue
         clear = {place for place in places if off[place] > 1.0}
         most = max(places, key=lambda place: float(off[place]))
         for place in sorted(clear | {most}):
@@ -45,6 +52,14 @@ def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
                 known.name, known.written, move[place], deviation[place], known.unit
             )
     return list(changed.values())
+
+
+def _as_written(move: Array, covariance: Array) -> bool:
+    """Whether the 95 % region of parameters together holds those of the machine file."""
+    size = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    inverse = np.linalg.pinv(covariance / np.outer(size, size), hermitian=True)
+    square = float((move / size) @ inverse @ (move / size))
+    return bool(chdtrc(len(move), square) > OUTSIDE)
 
 
 def impossible(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:

@@ -208,16 +208,16 @@ class Moments:
         return self._left_over[axis, left]
 
     def most(self, left: Left) -> float:
-        """Squares that more columns can take from the fit to all folds but one: what it leaves
-        between passes, and as much noise as there is."""
+        """Squares that more columns can take from the fit to all folds but one: those of all that
+        it leaves, noise and what differs between passes among them, and of how far parameters are
+        off in tolerances, which may be in their place."""
         if left not in self._most:
-            rows, (G, b), q = self.rows, self.gram(left), self.fit(left).q
+            rows, q = self.rows, self.fit(left).q
             kept = rows.fold != left
-            whole = sum(
-                float(y[kept] @ twin[kept])
-                for y, twin in zip(rows.white_y, rows.twin_y, strict=True)
-            )
-            self._most[left] = max(whole - float(q @ (2 * b - G @ q)), 0.0) + rows.n * kept.sum()
+            rests = (rows.white_y[i] - self.white(i, q) for i in range(rows.n))
+            base = q[: rows.nb]
+            strain = float(self.prior @ q**2 + base @ rows.firm @ base)
+            self._most[left] = strain + sum(float(rest[kept] @ rest[kept]) for rest in rests)
         return self._most[left]
 
     def fit(self, left: Left) -> Solved:

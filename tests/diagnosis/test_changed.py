@@ -170,6 +170,12 @@ def test_of_a_body_those_are_given_that_differ() -> None:
     assert change.parameter == "m[1]"
 
 
+def test_parameter_that_is_what_the_file_says_has_not_changed() -> None:
+    """It left its tolerance beside a model that was still wrong elsewhere."""
+    assert not changed_of(fit_of(np.zeros(3), 3), [(0,)])
+    assert not changed_of(fit_of(np.zeros(3), 3), [(0, 1, 2)])
+
+
 @pytest.mark.parametrize(("elsewhere", "accepted"), [((), False), ((1,), True)])
 def test_same_effect_on_another_axis_needs_no_second_trajectory(
     elsewhere: tuple[int, ...], accepted: bool

@@ -31,7 +31,9 @@ def left_by(residual: np.ndarray[Any, Any], alike: bool, repeats: bool = True) -
         white_y=[residual / NOISE],
         torque_rms=np.array([TORQUE]),
         level=lambda axis, values: values,
-        model=SimpleNamespace(noise=SimpleNamespace(repeats=repeats, rms=np.array([NOISE]))),
+        model=SimpleNamespace(
+            noise=SimpleNamespace(repeats=repeats, rms=np.array([NOISE]), chance=np.ones(1))
+        ),
     )
     nothing = np.zeros(ROWS)
     moments: Any = SimpleNamespace(

@@ -73,9 +73,10 @@ def test_file_that_is_merely_off_is_no_other_machine(monkeypatch: pytest.MonkeyP
         return [0] if np.sqrt((left**2).mean()) > 0.5 * torque else []
 
     monkeypatch.setattr(prepare, "poor_axes", poor)
-    monkeypatch.setattr(prepare, "strange_axes", lambda _: [])
+    monkeypatch.setattr(prepare, "with_friction", lambda there: there)
+    monkeypatch.setattr(prepare, "together", lambda _: np.ones(1))
     model: Any = SimpleNamespace(
-        base=SimpleNamespace(complete=True, linear=range(SHOWN + HIDDEN)),
+        base=SimpleNamespace(complete=True, n=1, linear=range(SHOWN + HIDDEN)),
         regression=own,
         residual=lambda q: own.y - own.times(q),
     )
