@@ -36,8 +36,9 @@ class LiftedLinks(TwoLinks):
         return whole
 
 
-def runs(times: Array) -> list[Run]:
-    """Two motions as a log would have them whose positions are so many times too large."""
+def runs(times: Array, efforts: Array | float = 1.0) -> list[Run]:
+    """Two motions as a log would have them whose positions and efforts are so many times too
+    large."""
     listed = []
     for seed in (1, 2):
         links, lift = moved(CLOCK, seed), moved(CLOCK, seed + 10)
@@ -45,8 +46,17 @@ def runs(times: Array) -> list[Run]:
         effort = np.column_stack([MASS * (a[:, 0] + GRAVITY), torque(links, 0.0, (0.3, 0.0))])
         valid = np.ones(len(CLOCK), dtype=bool)
         motion = Motion(0.0, TS, q * times, v * times, a * times)
-        listed.append(Run(str(seed), str(seed), motion, valid, TimeSeries(0.0, TS, effort, valid)))
+        listed.append(
+            Run(str(seed), str(seed), motion, valid, TimeSeries(0.0, TS, effort * efforts, valid))
+        )
     return listed
+
+
+def test_slide_whose_force_and_position_are_negated_is_not_seen() -> None:
+    """An offset carries the weight as well."""
+    log = Log.of("run.csv", TS, *np.ones((2, 10, 3)), kinds=(LINEAR, ROTARY, ROTARY))
+    base = base_of(f"{__file__}:LiftedLinks", None, log)
+    assert mispaired(base, runs(np.array([-1.0, 1.0, 1.0]), np.array([-1.0, 1.0, 1.0]))) == ""
 
 
 UNITS = {"degrees, not radians": 180 / np.pi, "radians, not degrees": np.pi / 180}

@@ -120,6 +120,9 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     )
     once = replace(fitted, repeats=False)
     assert once.sentence().startswith("2.9 N on axis 4 is left; coulomb_friction, torque_offset")
+    # without repeats too little was asked of the library to say that nothing of it would do
+    nothing = replace(rests[0], repeats=False).sentence()
+    assert nothing.startswith("15 N m on axis 2 is left, and nothing that is named explains it: it")
 
 
 def test_tilt_of_a_machine_is_told_in_words() -> None:
@@ -145,6 +148,12 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
     line = {name: replace(e, unit="1/m") if "order" in name else e for name, e in waves.items()}
     two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), line),))
     assert "of 0.0500 and 0.0100 N m with periods of 78.54 and 39.27 mm that" in verdict(two)
+    vague = {"J_2": estimate(0.0057, 0.0009, "kg m2"), "f": estimate(8.928, 0.5, "Hz")}
+    mode = replace(BASIC, effects=(Named("flexible_mode", "", (1,), vague),))
+    assert "of 0.0057 ± 0.0009 kg m2 at 8.9 Hz that" in verdict(mode)
+    wide = waves | {"order": estimate(28.0, 18.0, "1/m"), "order#2": estimate(56.1, 3.0, "1/m")}
+    two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), wide),))
+    assert "with periods of 220 and 112 mm that" in verdict(two)
     gain = replace(BASIC, effects=(Named("drive_gain", "", (2,), {"g": estimate(0.2, 0.01, "1")}),))
     assert "(the drive reports 1.200 times what the joint gets) that" in verdict(gain)
     dry = {"F_c": estimate(4.0, 0.2), "F_s": estimate(2.5, 0.2)}
