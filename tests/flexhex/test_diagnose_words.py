@@ -9,7 +9,7 @@ import pytest
 
 from flexhex.diagnose.numbers import number
 from flexhex.diagnose.titles import effort, phrase, readable
-from flexhex.diagnose.view import residual_columns
+from flexhex.diagnose.view import changed_rows, residual_columns
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.confidence import Confidence
@@ -123,6 +123,15 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     # without repeats too little was asked of the library to say that nothing of it would do
     nothing = replace(rests[0], repeats=False).sentence()
     assert nothing.startswith("15 N m on axis 2 is left, and nothing that is named explains it: it")
+
+
+def test_what_no_torque_feels_of_a_payload_has_no_value() -> None:
+    """Its height, on a machine whose axes are upright."""
+    payload, height = EXAMPLES["payload"].changed
+    unfelt = replace(height, estimate=estimate(0.0, 0.0, "m"))
+    carried = replace(EXAMPLES["payload"], changed=(payload, unfelt))
+    assert verdict(carried).endswith("payload 0.2550 ± 0.0010 kg.")
+    assert [row[0] for row in changed_rows(carried)] == ["payload"]
 
 
 def test_tilt_of_a_machine_is_told_in_words() -> None:
