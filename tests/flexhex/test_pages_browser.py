@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.output.glossary import TERMS
 from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure, figure, of_joint, per_joint, trace
 from tests.flexhex.browser import Browser
@@ -246,11 +245,3 @@ def test_print_is_light_and_cuts_nothing(browser: Browser, page: Path) -> None:
     assert browser.run("document.getElementById('error').clientWidth") > 700
     browser.run("localStorage.clear()")
     assert browser.said == []
-
-
-def test_words_are_explained_as_in_the_glossary() -> None:
-    """docs/glossary.md has each sentence, whatever marks it wears."""
-    root = Path(__file__).resolve().parents[2]
-    text = (root / "docs" / "glossary.md").read_text(encoding="utf-8").replace("`", "")
-    missing = {word: said for word, said in TERMS.items() if said not in text}
-    assert missing == {}
