@@ -19,6 +19,7 @@ from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.units import (
     SI,
     TORQUES,
+    constants_shown,
     each_unit,
     factor,
     is_current,
@@ -229,9 +230,8 @@ def _constants(
             f"{where}: torque_constant is {meta['torque_constant']!r}, wanted in {units}, axis by"
             " axis: theta says what each axis moves along"
         )
-    unit = f"/{base}, ".join(dict.fromkeys(kind.unit("N m") for kind in wanted))
-    shown = ", ".join(f"{k:.6g}" for k in constants)
-    text = f"{name} in {base} times the torque constant {shown} {unit}/{base}"
+    shown = constants_shown(constants.tolist(), [f"{k.unit('N m')}/{base}" for k in wanted])
+    text = f"{name} in {base} times the torque constant {shown}"
     findings.append(Finding("units", where, text, True))
     return np.broadcast_to(constants, (width,))
 

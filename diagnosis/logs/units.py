@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind
 from flexhex.fmus.common.errors import LogError
@@ -177,6 +177,15 @@ def torque_constant(where: str, text: str) -> tuple[tuple[float, ...], tuple[Kin
             f"{where}: torque_constant is {text!r}, wanted for instance '3.0 N m/A' or '60 N/A'"
         )
     return tuple(values), tuple(kinds)
+
+
+def constants_shown(values: Sequence[float], units: Sequence[str]) -> str:
+    """`3, 60 N m/A`, or each with its unit where axes have several; one value may be for all."""
+    shown = [f"{value:.6g}" for value in values]
+    if len(set(units)) == 1:
+        return f"{', '.join(shown)} {units[0]}"
+    shown = shown * len(units) if len(shown) == 1 else shown
+    return ", ".join(f"{value} {unit}" for value, unit in zip(shown, units, strict=True))
 
 
 def _number(text: str) -> float:

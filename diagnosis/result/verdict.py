@@ -20,8 +20,8 @@ MEND = "mend the log"
 """What is to be done before anything can be told."""
 UNCONFIRMED = "but one trajectory cannot show it: record another one"
 REFUTED = "but not on the held-out runs"
-TOO_LARGE = "but what they leave is too large to name them"
-UNSURE = "but these runs do not determine their sizes"
+TOO_LARGE = "but too much would be left for a name"
+UNSURE = "but these runs do not determine how large"
 """Why effects that explain a part of what repeats have no name."""
 WORSE = 1.02
 """Growth of a residual from which on it counts as worse."""
@@ -78,6 +78,8 @@ class Rest:
             return (
                 f"{text}{goes}; {names} would explain {part:.0f} % of its mean square, {self.why}"
             )
+        if not self.repeats:
+            return f"{text}, and nothing that is named explains it{goes}"
         return f"{text} and is explained by no effect of the library{goes}"
 
 

@@ -92,6 +92,8 @@ def arrangements(base: Base) -> Iterator[Arrangement]:
     yield Arrangement("all angles and torques negated", same, -ones, -ones)
     for times, unit in THOUSANDS:
         yield Arrangement(f"torques of {unit} their size (units?)", same, ones, times * ones)
-    if all(kind.turns for kind in kinds):
-        yield Arrangement("angles taken as degrees, not radians", same, np.deg2rad(ones), ones)
-        yield Arrangement("angles taken as radians, not degrees", same, np.rad2deg(ones), ones)
+    turns = np.array([kind.turns for kind in kinds])
+    if turns.any():
+        degrees, radians = (np.where(turns, f(ones), 1.0) for f in (np.deg2rad, np.rad2deg))
+        yield Arrangement("angles taken as degrees, not radians", same, degrees, ones)
+        yield Arrangement("angles taken as radians, not degrees", same, radians, ones)

@@ -82,18 +82,18 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
     parts = []
     if (bad := (left > DOUBTFUL) | worse).any():
         parts.append(
-            f"with the values of the base model, friction and rotors, {_share(left[bad].max())} of"
-            f" the mean square stays of the torque of axis {_listed(bad)}"
+            f"the values of the base model, friction and rotors leave {_share(left[bad].max())} the"
+            f" mean square of the torque of axis {_listed(bad)}"
         )
     if worse.any():
-        parts.append(f"of that of axis {_listed(worse)} less stays without these values")
+        parts.append(f"friction and rotors alone leave less on axis {_listed(worse)}")
     if better is not None:
-        parts.append(f"less would be with {better.text}")
+        parts.append(f"less would be left with {better.text}")
     if not parts:
         return ""
     return (
-        f"{'; '.join(parts)}. Unless the machine lacks that much: is the model this machine's, are"
-        " its joints in the order of the log, their signs, zeros and units the log's?"
+        f"{'; '.join(parts)}. Unless the model lacks that much: is it this machine's, are its"
+        " joints in the order of the log, their signs, zeros and units the log's?"
     )
 
 
@@ -124,7 +124,7 @@ def _many_times(base: Base, seen: Sequence[Seen]) -> str:
 
 
 def _share(left: float) -> str:
-    return f"{left:.0%}" if left < 10 else "many times all"
+    return f"{left:.0%} of" if left < 10 else "many times"
 
 
 def _all_seen(base: Base, runs: Sequence[Run]) -> list[Seen]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from flexhex.diagnose.numbers import listed, measured, number
 from flexhex.diagnose.sizes import SEVERAL
-from flexhex.diagnosis.result.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 
 MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
 """What parameters mean of which the name alone says little, by its first word."""
@@ -26,12 +26,18 @@ def other_values(diagnosis: Diagnosis) -> list[str]:
     return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
 
 
+def felt(diagnosis: Diagnosis) -> list[Changed]:
+    """Parameters that changed, without those that no torque feels: they are 0, without interval."""
+    return [c for c in diagnosis.changed if c.estimate.value or any(c.estimate.ci95)]
+
+
 def carriers(diagnosis: Diagnosis) -> list[str]:
     """A sentence for each payload that no log announces: what it is, and on which runs."""
     sets = dict.fromkeys(c.runs for c in diagnosis.changed if c.runs)
     sentences = []
     for runs in sets:
-        own = [f"{c.parameter} {measured(c.estimate)}" for c in diagnosis.changed if c.runs == runs]
+        same = [c for c in felt(diagnosis) if c.runs == runs]
+        own = [f"{c.parameter} {measured(c.estimate)}" for c in same]
         names = listed([Path(run).name for run in runs])
         sentences.append(f"A payload that no log announces was on {names}: {', '.join(own)}.")
     return sentences

@@ -133,7 +133,10 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
         steps.append((text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2"))))
     elif diagnosis.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
-        steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
+        if invocation.base == "hexapod":
+            steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
+        else:
+            steps.append((f"{text} (docs/own-effect.md):", "flexhex init effect.py"))
     if diagnosis.verdict == "none":
         text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))

@@ -45,6 +45,18 @@ def measured(e: Estimate) -> str:
     return f"{e.value:.{digits}f} ± {half:.{digits}f}{unit}"
 
 
+def rounded(e: Estimate, value: float) -> str:
+    """An estimate, or what is proportional or inverse to it, with as many digits as its interval
+    knows, four at most."""
+    low, high = e.ci95
+    half = 0.5 * (high - low) * abs(value / e.value) if e.value else math.nan
+    digits = 4
+    if 0 < half < math.inf:
+        known = math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 1
+        digits = min(max(known + (f"{half:e}"[0] == "1"), 1), digits)
+    return f"{float(f'{value:.{digits}g}'):.4g}"
+
+
 def percent(share: float) -> str:
     """A share as a whole percentage; never 100 % unless it is."""
     if not math.isfinite(share):

@@ -107,7 +107,21 @@ def label(c: Candidate) -> str:
 
 
 def strip_figures(strips: Sequence[Strip], first: int) -> dict[str, Figure]:
-    """Torque and residual of all axes over time, one axis at a time; first: where it begins."""
+    """Torque and residual of all axes over time, one axis at a time, those of one unit in a figure;
+    first: where it begins."""
+    drawn = dict[str, Figure]()
+    for k, unit in enumerate(dict.fromkeys(s.unit for s in strips)):
+        torque, residual = _strip_lines([s for s in strips if s.unit == unit])
+        called, number = effort([unit]), f"-{k + 1}" if k else ""
+        over, left = f"{called.capitalize()} of axis {{joint}}", f"residual [{unit}]"
+        beside = "Residual of axis {joint}, measured minus model"
+        drawn[f"strip{number}"] = figure(over, "time [s]", f"{called} [{unit}]", torque)
+        drawn[f"strip-residual{number}"] = figure(beside, "time [s]", left, residual, height=300)
+    return {name: per_joint(one, "axis", first) for name, one in drawn.items()}
+
+
+def _strip_lines(strips: Sequence[Strip]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Lines of torque, and of what each model leaves of it."""
     torque, residual = list[dict[str, Any]](), list[dict[str, Any]]()
     for s in strips:
         t, known = s.time - s.time[0], np.isfinite(s.measured)
@@ -122,23 +136,7 @@ def strip_figures(strips: Sequence[Strip], first: int) -> dict[str, Figure]:
                 left = s.measured[known] - values[known]
                 rest = trace(t[known], left, name.removeprefix("model "), colour, points=STRIP)
                 residual.append(of_joint(s.axis, rest))
-    called = effort([s.unit for s in strips])
-    drawn = {
-        "strip": figure(
-            f"{called.capitalize()} of axis {{joint}}",
-            "time [s]",
-            f"{called} [{strips[0].unit}]",
-            torque,
-        ),
-        "strip-residual": figure(
-            "Residual of axis {joint}, measured minus model",
-            "time [s]",
-            f"residual [{strips[0].unit}]",
-            residual,
-            height=300,
-        ),
-    }
-    return {name: per_joint(one, "axis", first) for name, one in drawn.items()}
+    return torque, residual
 
 
 def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) -> Figure:

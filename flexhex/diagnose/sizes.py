@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from flexhex.diagnose.numbers import listed, measured, number
+from flexhex.diagnose.numbers import listed, measured, number, rounded
 from flexhex.diagnosis.result.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
@@ -54,11 +54,11 @@ def _places(effect: Named) -> str:
         return ""
     orders, modes = _all(effect, "order"), _all(effect, "f")
     if orders and orders[0].unit == "1/rad":
-        return f" with {listed([f'{e.value:.4g}' for e in orders])} periods a turn"
+        return f" with {listed([rounded(e, e.value) for e in orders])} periods a turn"
     if orders:
-        lengths = [f"{2e3 * math.pi / e.value:.4g}" for e in orders]
+        lengths = [rounded(e, 2e3 * math.pi / e.value) for e in orders]
         return f" with periods of {listed(lengths)} mm"
-    return f" at {listed([f'{e.value:.4g}' for e in modes])} Hz" if modes else ""
+    return f" at {listed([rounded(e, e.value) for e in modes])} Hz" if modes else ""
 
 
 def _meaning(effect: Named) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 
+from flexhex.diagnose.changes import felt
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.titles import effort, readable, title, where
@@ -105,7 +106,7 @@ def rivalry(diagnosis: Diagnosis) -> list[str]:
 def changed_rows(diagnosis: Diagnosis) -> Rows:
     """From what to what."""
     rows: Rows = []
-    for c in diagnosis.changed:
+    for c in felt(diagnosis):
         e = c.estimate
         interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
         rows.append((c.parameter, number(c.nominal, 4), number(e.value, 4), interval, e.unit))

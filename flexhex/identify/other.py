@@ -79,14 +79,18 @@ def print_identified(identified: Identified, every: bool = False) -> None:
         say(out, f"No torque feels {_listed(identified.silent)}.")
     low, high = identified.delay.ci95
     if not low <= 0 <= high:
-        way = "after" if identified.delay.value > 0 else "before"
-        late = f"{1e3 * abs(identified.delay.value):.2g} ms {way} the angles"
-        say(out, f"The torques stand {late} in the logs, or a friction of another form does.")
+        say(out, late(identified.delay.value))
     _print_errors(out, identified)
     for text in identified.findings:
         say(out, f"finding: {readable(text)}")
     for text in identified.notes:
         say(out, f"note: {readable(text)}")
+
+
+def late(delay: float) -> str:
+    """A sentence on a delay [s] of the torques behind the angles."""
+    by, way = f"by {1e3 * abs(delay):.2g} ms", "lags" if delay > 0 else "leads"
+    return f"The torque channel {way} the angles {by}, or friction of another form looks like that."
 
 
 def say(out: Console, text: str) -> None:

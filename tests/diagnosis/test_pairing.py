@@ -162,7 +162,9 @@ def test_file_that_makes_it_worse_than_friction_alone_is_doubted() -> None:
         for run in runs(same, same)
     ]
     assert mispaired(base(), listed) == ""
-    assert "less stays without these values" in doubtful(base(), listed)
+    said = doubtful(base(), listed)
+    assert said.startswith("the values of the base model, friction and rotors leave ")
+    assert "; friction and rotors alone leave less on axis " in said
 
 
 def test_angles_exchanged_alone_are_reported() -> None:
@@ -190,7 +192,7 @@ def test_arrangement_that_takes_the_torques_to_nothing_is_no_remedy() -> None:
         run.motion.theta[:, 0] += np.pi / 2
     assert mispaired(base(), shifted) == ""
     said = doubtful(base(), shifted)
-    assert "less would be with 90 degrees taken from the angle of axis 1" in said
+    assert "less would be left with 90 degrees taken from the angle of axis 1" in said
 
 
 def test_axis_whose_torque_never_changes_is_named(tmp_path: Path) -> None:

@@ -47,6 +47,15 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     assert wanted not in [command for _, command in next_steps(foreign, invocation)]
 
 
+def test_effect_is_written_where_the_base_model_can_have_it() -> None:
+    """Those of the library are for machine files; a robot's or an axis' effect is a file."""
+    assert "docs/diagnose.md, Adding an effect" in next_steps(UNKNOWN, INVOCATION)[0][0]
+    words = ("flexhex", "diagnose", "a.csv", "--base", "axis")
+    text, command = next_steps(UNKNOWN, Invocation(words, "axis"))[0]
+    assert "docs/own-effect.md" in text
+    assert command == "flexhex init effect.py"
+
+
 def test_logs_that_are_wrong_need_no_other_motion() -> None:
     """What to mend is the answer."""
     assert next_steps(CANNOT, INVOCATION)[0][0].startswith("Measure two trajectories")

@@ -14,8 +14,16 @@ import pytest
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.page import write_diagnosis
-from flexhex.diagnose.plots import MOST_BARS, candidate_bars, heat, residual_bars, shade
+from flexhex.diagnose.plots import (
+    MOST_BARS,
+    candidate_bars,
+    heat,
+    residual_bars,
+    shade,
+    strip_figures,
+)
 from flexhex.diagnose.words import verdict
+from flexhex.diagnosis.result.pictured import Strip
 from flexhex.diagnosis.result.verdict import Diagnosis
 from tests.flexhex.diagnoses import (
     AMBIGUOUS,
@@ -59,6 +67,28 @@ def test_page_draws_what_there_is(tmp_path: Path) -> None:
     expected = {"residual", "replay0", "loop", "round1", "round2", "spectrum-0"}
     assert set(figures) == expected | {f"map-{k}" for k in range(OVER)}
     assert set(page(CANNOT, tmp_path)[1]) == set()
+
+
+def test_torque_over_time_has_the_unit_of_its_axis() -> None:
+    """One that turns, one that slides."""
+    time = np.arange(5.0)
+    strips = [
+        Strip("c.csv", True, k, unit, time, time, time, time) for k, unit in ((1, "N m"), (2, "N"))
+    ]
+    drawn = strip_figures(strips, 2)
+    labels = {
+        name: (
+            one["layout"]["yaxis"]["title"]["text"],
+            {line["meta"]["joint"] for line in one["data"]},
+        )
+        for name, one in drawn.items()
+    }
+    assert labels == {
+        "strip": ("torque [N m]", {1}),
+        "strip-residual": ("residual [N m]", {1}),
+        "strip-2": ("force [N]", {2}),
+        "strip-residual-2": ("residual [N]", {2}),
+    }
 
 
 def test_what_few_read_is_folded_and_stands_last(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.planning.trajectory import read_trajectory
 from flexhex.diagnosis.prepare import Options
 from flexhex.identify.folder import target
-from flexhex.identify.other import print_identified
+from flexhex.identify.other import late, print_identified
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -70,6 +70,11 @@ def test_json_has_units_intervals_and_what_was_written(runs: list[str], tmp_path
     rows = {row["name"]: row for row in csv.DictReader(table.open())}
     assert float(rows["link_2.J"]["value"]) == J["value"]
     assert rows["link_1.mc + 0.4 link_2.m"]["determined"] == "true"
+
+
+@pytest.mark.parametrize(("delay", "way"), [(0.004, "lags"), (-0.004, "leads")])
+def test_delay_of_the_torques_is_said_in_the_words_of_diagnose(delay: float, way: str) -> None:
+    assert late(delay).startswith(f"The torque channel {way} the angles by 4 ms, or ")
 
 
 WRONG = {

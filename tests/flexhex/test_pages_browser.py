@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.output.glossary import TERMS
 from flexhex.output.page import PageSection, write_page
 from flexhex.output.plots import Figure, figure, of_joint, per_joint, trace
 from tests.flexhex.browser import Browser
@@ -38,6 +37,12 @@ def joints() -> Figure:
     return per_joint(figure("Angle of joint {joint}", "time [s]", "θ [rad]", lines), first=2)
 
 
+def force() -> Figure:
+    """Of a joint that slides: in another unit, so a figure of its own."""
+    line = of_joint(4, trace(T, np.cos(T), "one"))
+    return per_joint(figure("Force of joint {joint}", "time [s]", "F [N]", [line]), first=2)
+
+
 def error() -> Figure:
     """One line with a comma in its name; its x has other samples."""
     return figure("Error", "time [s]", "e [µrad]", [trace(T[::2], T[::2] ** 2, "a, b")])
@@ -60,11 +65,14 @@ def dots() -> Figure:
     return figure("Dots", "e [µrad]", "", [line, *marks])
 
 
+TIMED = {"angle": joints(), "force": force(), "error": error()}
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two linked plots, bars, a wide table, four sections."""
     parts = [
-        PageSection("First", figures={"angle": joints(), "error": error()}, timed=True),
+        PageSection("First", figures=TIMED, timed=True),
         PageSection("Second", "a sentence", figures={"bars": bars(), "dots": dots()}, small=True),
         PageSection("Third", headings=("name", *"abcdefgh"), rows=[("row", *["1.234567"] * 8)] * 3),
         PageSection("Fourth", "the answer", answer=True),
@@ -149,6 +157,17 @@ def test_selector_chooses_the_joint_of_all_plots(shown: Browser) -> None:
     assert shown.run("document.querySelector('#angle .gtitle').textContent") == "Angle of joint 3"
 
 
+def test_joint_whose_figure_is_another_can_be_left_again(shown: Browser) -> None:
+    shown.run("document.querySelector('[data-joint=\"4\"]').click()")
+    shown.drawn()
+    hidden = "['angle', 'force'].map(id => document.getElementById(id).closest('figure').hidden)"
+    assert shown.run(hidden) == [True, False]
+    beside = "document.getElementById('force').closest('figure').querySelector"
+    shown.run(f"{beside}('[data-joint=\"2\"]').click()")
+    shown.drawn()
+    assert shown.run(hidden) == [False, True]
+
+
 def test_hover_names_all_lines_with_unit(shown: Browser) -> None:
     x, y = shown.run(
         "(() => { const b = document.querySelector('#angle .nsewdrag').getBoundingClientRect();"
@@ -226,11 +245,3 @@ def test_print_is_light_and_cuts_nothing(browser: Browser, page: Path) -> None:
     assert browser.run("document.getElementById('error').clientWidth") > 700
     browser.run("localStorage.clear()")
     assert browser.said == []
-
-
-def test_words_are_explained_as_in_the_glossary() -> None:
-    """docs/glossary.md has each sentence, whatever marks it wears."""
-    root = Path(__file__).resolve().parents[2]
-    text = (root / "docs" / "glossary.md").read_text(encoding="utf-8").replace("`", "")
-    missing = {word: said for word, said in TERMS.items() if said not in text}
-    assert missing == {}

@@ -179,14 +179,23 @@ function save(id) {
 // --- what stands above a plot --------------------------------------------------------------------
 const jointsOf = f => [...new Set(f.data.map(trace => trace.meta?.joint).filter(one => one !== undefined))];
 
+// what its buttons offer: also joints whose figures have another unit, or these could not be left
+function offeredOf(f) {
+  const own = jointsOf(f), word = f.layout.meta?.joint;
+  if (panelsOf(f).length) { return own.length > 1 ? [0, ...own] : []; }
+  const like = own.length ? Object.values(figures).filter(other => other.layout.meta?.joint === word) : [];
+  return [...new Set(like.flatMap(jointsOf))].sort((a, b) => a - b);
+}
+
 function tools(id) {
   const f = figures[id], box = document.getElementById(id), frame = document.createElement("figure");
   box.replaceWith(frame);
   const bar = document.createElement("div");
   bar.className = "tools";
-  if (jointsOf(f).length > 1) {
+  const offered = offeredOf(f);
+  if (offered.length > 1) {
     bar.append(f.layout.meta.joint);
-    for (const number of [...(panelsOf(f).length ? [0] : []), ...jointsOf(f)]) {
+    for (const number of offered) {
       const button = Object.assign(document.createElement("button"), { type: "button", textContent: number || "all" });
       button.dataset.joint = number;
       button.addEventListener("click", () => choose(number));

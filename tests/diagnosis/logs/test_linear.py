@@ -98,7 +98,7 @@ def test_currents_of_a_linear_motor_want_a_force_constant(tmp_path: Path) -> Non
     right = {"torque_constant": "3.0 N m/A, 60 N/A"}
     log = read_log(write_csv(path, names, units, values, right))
     assert log.tau == pytest.approx(values[:, 3:] * [3.0, 60.0])
-    assert "tau_meas in A times the torque constant 3, 60 N m/A, N/A" in said(log)
+    assert "tau_meas in A times the torque constant 3 N m/A, 60 N/A" in said(log)
     given = read_log(write_csv(path, names, units, values), Options(torque_constant=(3.0, 60.0)))
     assert (given.tau == log.tau).all()
     wrong = {"torque_constant": "3.0, 60 N m/A"}
