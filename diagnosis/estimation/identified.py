@@ -28,6 +28,8 @@ from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+FAR = 1000
+"""Standard deviations of which more say no more."""
 Progress = Callable[[str, int, int], None]
 
 
@@ -137,7 +139,7 @@ def _attenuation(estimated: Estimated, deviation: Array) -> list[str]:
     shares = {
         known.name: float(back[k] / values[k])
         for k, known in enumerate(estimated.known)
-        if back[k] > deviation[k] / 2 and back[k] < values[k]
+        if known.group != "delay" and deviation[k] / 2 < back[k] < values[k]
     }
     if not shares:
         return []
@@ -158,9 +160,11 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
     within = [name for name, size in against.items() if size <= SURE]
     notes = _attenuation(estimated, deviation)
     if sure:
+        most = max(against[name] for name in sure)
+        far = f"{most:.1f}" if most < FAR else f"more than {FAR}"
         notes.append(
             f"{', '.join(sure)}: the runs alone ask for values that no machine has, up to"
-            f" {max(against[name] for name in sure):.1f} standard deviations away; these are the"
+            f" {far} standard deviations away; these are the"
             " nearest that one can have. Something else is missing: `flexhex diagnose` says what"
         )
     if within:
