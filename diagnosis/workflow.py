@@ -15,8 +15,7 @@ from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
 from flexhex.diagnosis.jointfit.fit import beside
-from flexhex.diagnosis.jointfit.guard import delayed, poor_axes, without_bent_delay
-from flexhex.diagnosis.jointfit.leftover import axis_rms
+from flexhex.diagnosis.jointfit.guard import delayed, moved, poor_axes, without_bent_delay
 from flexhex.diagnosis.prepare import Given, Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
@@ -24,7 +23,7 @@ from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
-from flexhex.diagnosis.runs.blocks import Run, torque_rate
+from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.found import Found, found
@@ -35,9 +34,8 @@ from flexhex.fmus.common.effects import Effect, library
 from flexhex.numeric.memory import give_back
 
 Array = NDArray[np.float64]
-SEARCHES, BENT = 3, 0.05
-"""Searches of the mechanism at most; change of a width or rotor, relative, that asks for another
-one."""
+SEARCHES = 3
+"""Searches of the mechanism at most."""
 Progress = Callable[[str, int, int], None]
 USUAL = Options()
 __all__ = ["Options", "diagnose", "diagnose_files", "silent"]
@@ -186,21 +184,7 @@ def _settled(model: Calibrated, now: Found) -> Calibrated | None:
     """The base model beside what was found, if that moved it."""
     fit = now.fit
     anew = None if fit is None else beside(fit)
-    return anew if fit and anew and _moved(model, anew, fit.geared) else None
-
-
-def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool:
-    """Whether widths or the rotors of geared axes are others, or the delay is by what makes as much
-    torque as an effect that is worth a name."""
-    widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
-    delay, window = after.fitted.delay, after.base.window
-    rates = [torque_rate(block, window, delay) for block in after.blocks]
-    later = (delay - before.fitted.delay) * axis_rms(after.blocks, rates)
-    late = (np.abs(later) > CRITERIA.smallest_effect * after.torque_rms).any()
-    places = [before.base.rotors[axis] for axis in geared]
-    rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
-    turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
-    return bool(widths > BENT or late or turned)
+    return anew if fit and anew and moved(model, anew, fit, CRITERIA.smallest_effect) else None
 
 
 def _sought(run_set: RunSet) -> dict[str, Effect]:

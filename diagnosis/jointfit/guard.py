@@ -16,6 +16,7 @@ from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.jointfit.rubbed import friction
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
+from flexhex.diagnosis.runs.blocks import torque_rate
 
 Array = NDArray[np.float64]
 POOR = 0.5
@@ -25,6 +26,8 @@ TOGETHER = 0.7
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
 DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
+BENT = 0.05
+"""Change of a width or rotor, relative, that bends what is searched beside it."""
 FITS = 4
 """Fits until each axis has the variance of what is left there."""
 
@@ -70,6 +73,22 @@ def _correlations(one: Array, other: Array, beside: Array) -> tuple[float, float
     return pairs[0], pairs[1]
 
 
+def moved(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:
+    """Whether widths or the rotors of geared axes are others after a fit to what was found, or the
+    delay is by what makes more torque on an axis than `least`, relative, and than the fit leaves
+    there."""
+    widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
+    delay, window = after.fitted.delay, after.base.window
+    rates = [torque_rate(block, window, delay) for block in after.blocks]
+    later = (delay - before.fitted.delay) * axis_rms(after.blocks, rates)
+    most = np.maximum(least * after.torque_rms, left_rms(fit))
+    late = (np.abs(later) > most).any()
+    places = [before.base.rotors[axis] for axis in fit.geared]
+    rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
+    turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
+    return bool(widths > BENT or late or turned)
+
+
 def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:
     """The base model with the delay of the torques that those axes ask for on which nothing is left
     then, none if there are none, and no freedom for another one, if the fit has a clear one that
@@ -91,7 +110,7 @@ def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrate
     held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
     held = held.as_sure(model)
     alone = again(fit, Bench(held, list(fit.bench.effects.values())))
-    after, before = (np.maximum(_repeating(f), least * model.torque_rms) for f in (fit, alone))
+    after, before = (np.maximum(left_rms(f), least * model.torque_rms) for f in (fit, alone))
     return None if np.prod((after / before) ** 2) < EXPLAINED else held
 
 
@@ -104,11 +123,11 @@ def _asked_by_axes_that_fit(fit: Joint, least: float) -> float:
         scale = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in left]
         even = replace(model, noise=replace(model.noise, scale=scale))
         fit = again(fit, Bench(even, list(fit.bench.effects.values())))
-    fits = _repeating(fit) < least * fit.bench.model.torque_rms
+    fits = left_rms(fit) < least * fit.bench.model.torque_rms
     return delay_of(fit)[0] if fits.any() else 0.0
 
 
-def _repeating(fit: Joint) -> Array:
+def left_rms(fit: Joint) -> Array:
     """RMS (n,) of what a fit leaves [N m]: of what repeats, where runs do."""
     model = fit.bench.model
     if not model.noise.repeats:
