@@ -14,6 +14,8 @@ type Units = [(&'static str, f64); 3];
 /// As in files of motions; a value without a unit has the first.
 const LENGTH: Units = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6)];
 const ANGLE: Units = [("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0)];
+/// Largest size of a value [m, rad]: more is a unit that was left out, and no input of `pose.fmu`.
+const LARGEST: f64 = 10.0;
 /// What the pose of the angles may differ by from the one that they were computed for [m, rad]: far above what the
 /// kinematics leave, far below what matters.
 const SAME: f64 = 1e-6;
@@ -26,6 +28,8 @@ pub enum PlatformError {
     NotSix(usize),
     /// A value, by its place, that is no finite number with a unit.
     NoNumber(usize, String),
+    /// A value, by its place, above the largest [m, rad].
+    Large(usize, f64),
     Unit {
         place: usize,
         text: String,
@@ -52,6 +56,14 @@ impl Display for PlatformError {
             ),
             PlatformError::NoNumber(place, text) => {
                 write!(f, "{} is {text:?}, no finite number", NAMES[*place])
+            }
+            PlatformError::Large(place, value) => {
+                let [(unit, _), ..] = units(*place);
+                write!(
+                    f,
+                    "{} is {value} {unit}, allowed -{LARGEST} to {LARGEST} {unit}: without a unit it is in {unit}",
+                    NAMES[*place]
+                )
             }
             PlatformError::Unit { place, text, unit } => {
                 let known = units(*place).map(|(name, _)| name).join(", ");
@@ -92,6 +104,7 @@ impl Ends for PlatformError {
         match self {
             PlatformError::NotSix(_)
             | PlatformError::NoNumber(..)
+            | PlatformError::Large(..)
             | PlatformError::Unit { .. }
             | PlatformError::Unreachable { .. } => Exit::Usage,
             _ => Exit::BadInput,
@@ -178,7 +191,11 @@ fn value(place: usize, text: &str) -> Result<f64, PlatformError> {
         let (text, unit) = (text.to_owned(), unit.to_owned());
         PlatformError::Unit { place, text, unit }
     })?;
-    Ok(number * scale)
+    let value = number * scale;
+    if value.abs() > LARGEST {
+        return Err(PlatformError::Large(place, value));
+    }
+    Ok(value)
 }
 
 fn units(place: usize) -> Units {
@@ -210,6 +227,7 @@ mod tests {
             ("0,0,infmm,0,0,0", "z is \"infmm\", no finite number"),
             ("0,0,,0,0,0", "z is \"\", no finite number"),
             ("0,mm,0.3,0,0,0", "y is \"mm\", no finite number"),
+            ("0,0,310,0,0,0", "z is 310 m, allowed -10 to 10 m: without a unit it is in m"),
             ("0,0,30cm,0,0,0", "z is \"30cm\": unit \"cm\", must be one of m, mm, um"),
             ("0,0,0.3,0,5mm,0", "ry is \"5mm\": unit \"mm\", must be one of rad, mrad, deg"),
             ("0,0,0.3°,0,0,0", "unit \"°\""),

@@ -73,6 +73,7 @@ def test_platform_moves_through_poses_and_lands(
         ("0,0,0.5,0,0,0", "axis 1: 0.56"),
         ("0,0,320mm,0,0,0", "allowed 0.28 to 0.315 ([[pose]])"),
         ("0,0,NaN,0,0,0", 'z is "NaN", no finite number'),
+        ("0,0,310,0,0,0", "z is 310 m, allowed -10 to 10 m: without a unit it is in m"),
         ("0,0,0.3", "3 values: write the six x,y,z,rx,ry,rz"),
         ("0,0,30cm,0,0,0", 'unit "cm", must be one of m, mm, um'),
         ("0,0,0.3,0,0,5mm", 'unit "mm", must be one of rad, mrad, deg'),
