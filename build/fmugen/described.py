@@ -82,6 +82,7 @@ def _variable(
     is_array = suffixes != ("",)
     units = tuple(r.get("unit", "1") for r in reals)
     starts = [value_of(r.get("start", "0")) for r in reals]
+    lows = tuple(float(r.get("min", -math.inf)) for r in reals)
     # where sizes differ they follow from the units
     nominal = real.get("nominal") if len({r.get("nominal") for r in reals}) == 1 else None
     return Variable(
@@ -91,12 +92,13 @@ def _variable(
         first.get("description", ""),
         size=len(parts) if is_array else None,
         start=starts if is_array else starts[0],
-        min=float(real.get("min", -math.inf)),
+        min=min(lows),
         max=float(real.get("max", math.inf)),
         nominal=None if nominal is None else float(nominal),
         variability=cast(Literal["fixed", "tunable", "discrete"], first.get("variability")),
         elements=tuple(s.removeprefix(".") for s in suffixes) if unlike else (),
         units=units if len(set(units)) > 1 else (),
+        least=lows if len(set(lows)) > 1 else (),
         initial_from=sources.get(name, ()),
         display="" if len(set(units)) > 1 else real.get("displayUnit", ""),
         type=cast(Type, real.tag),

@@ -118,8 +118,7 @@ def _variables(parent: etree._Element, model: str, listed: Sequence[Variable]) -
             elif variable.type == "Enumeration":
                 typed.set("declaredType", type_name(model, variable))
             if variable.type in ("Real", "Integer"):
-                for bound in ("min", "max"):
-                    value = getattr(variable, bound)
+                for bound, value in (("min", variable.lows[k]), ("max", variable.max)):
                     if math.isfinite(value):
                         typed.set(bound, written(variable.type, value))
             if variable.causality == "output":

@@ -81,7 +81,8 @@ def _row(v: Variable) -> tuple[str, ...]:
     name = f"{first} ... {last}, {v.size} in all" if v.elements else v.name
     name = f"{v.name}[1..{v.size}]" if v.size and not v.elements else name
     shown = display_unit(v, unit) if unit != "various" else ""
-    limits = ("", "") if v.type == "Boolean" else (_number(v.min), _number(v.max))
+    least = _number(v.lows[0]) if len(set(v.lows)) == 1 else "see description"
+    limits = ("", "") if v.type == "Boolean" else (least, _number(v.max))
     codes = "; ".join(f"{k} {item.name}: {item.description}" for k, item in enumerate(v.items))
     text = f"{v.description}: {codes}" if codes else v.description
     unit = unit if v.type == "Real" else v.type

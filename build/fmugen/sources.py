@@ -136,7 +136,8 @@ def table(interface: Interface, base_step: float, guid: str) -> str:
     rows = [
         f'  {{"{v.name}", {suffixes[v.suffixes] if v.elements else "NULL"}, {v.size or 0},'
         f" {_TYPES[v.type]}, {_KINDS[v.causality, v.variability]},"
-        f' {number(v.min)}, {number(v.max)}, "{v.unit}"}},'
+        f" {number(v.min)}, {number(v.max)}, {f'least_{v.name}' if v.least else 'NULL'},"
+        f' "{v.unit}"}},'
         for v in listed
     ]
     lists = [
@@ -144,6 +145,11 @@ def table(interface: Interface, base_step: float, guid: str) -> str:
         + "".join(f'  "{suffix}",\n' for suffix in texts)
         + "};\n"
         for texts, name in suffixes.items()
+    ]
+    lists += [
+        f"static const double least_{v.name}[] = {{{', '.join(map(number, v.least))}}};\n"
+        for v in listed
+        if v.least
     ]
     values = [f"  {number(value)}," for value in starts(interface)]
     faults = interface.outputs[-1].items

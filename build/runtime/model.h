@@ -15,7 +15,8 @@ typedef struct {
   int size;                    /* 0: scalar, else an array of that many */
   flexhex_type type;
   flexhex_kind kind;
-  double min, max; /* of every element; -DBL_MAX, DBL_MAX: not bounded */
+  double min, max;     /* of every element; -DBL_MAX, DBL_MAX: not bounded */
+  const double *least; /* of each element in the place of min; NULL: min */
   const char *unit;
 } flexhex_variable;
 

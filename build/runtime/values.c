@@ -55,16 +55,17 @@ static fmi2Status refuse_kind(flexhex_instance *m, flexhex_call call, fmi2ValueR
 
 static fmi2Status refuse_value(flexhex_instance *m, fmi2ValueReference vr, double value) {
   const flexhex_variable *v = variable_of(m, vr);
+  const double least = v->least ? v->least[(int)vr - m->first[m->owner[vr]]] : v->min;
   const bool plain = strcmp(v->unit, "1") == 0;
   const char *space = plain ? "" : " ", *unit = plain ? "" : v->unit;
   char text[LABEL_SIZE], number[FLEXHEX_NUMBER_SIZE], low[FLEXHEX_NUMBER_SIZE];
   char high[FLEXHEX_NUMBER_SIZE];
   const char *name = label(m, vr, text), *is = flexhex_number(number, value);
-  if (v->min <= -DBL_MAX && v->max >= DBL_MAX) {
+  if (least <= -DBL_MAX && v->max >= DBL_MAX) {
     return flexhex_refuse(m, "%s = %s%s%s, must be finite", name, is, space, unit);
   }
   return flexhex_refuse(m, "%s = %s%s%s, allowed %s to %s%s%s", name, is, space, unit,
-                        flexhex_number(low, v->min), flexhex_number(high, v->max), space, unit);
+                        flexhex_number(low, least), flexhex_number(high, v->max), space, unit);
 }
 
 /* True when the references follow one another, as importers that read arrays pass them. */
@@ -189,6 +190,7 @@ static fmi2Status set_values(fmi2Component c, flexhex_call call, flexhex_type ty
   /* the variable that was looked up last: its references and what it accepts */
   fmi2ValueReference first = 0, count = 0;
   double low = 0.0, high = 0.0;
+  const double *least = NULL;
   for (size_t k = 0; k < nvr; ++k) {
     if (vr[k] - first >= count) {
       const flexhex_variable *v = variable_of(m, vr[k]);
@@ -199,7 +201,9 @@ static fmi2Status set_values(fmi2Component c, flexhex_call call, flexhex_type ty
       count = v->size ? (fmi2ValueReference)v->size : 1;
       low = v->min;
       high = v->max;
+      least = v->least;
     }
+    low = least ? least[vr[k] - first] : low;
     const double value = element(type, array, k);
     /* written so that NaN is refused too */
     if (!(value >= low && value <= high)) {

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnose.loops import Model, Tracking, closed_loops
+from flexhex.diagnose.physical import below, physical
 from flexhex.diagnose.replay import replay
 from flexhex.diagnosis.estimation.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import Log, Options, read_log
@@ -145,7 +146,9 @@ def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
         notes.append(f"parameters stay those of the machine file: {error}")
         return None
     notes.extend(fitted.warnings)
-    return fitted
+    if negative := below(machine, fitted.p):
+        notes.append(f"simulated with zero, as the fit has it negative: {', '.join(negative)}")
+    return physical(machine, fitted)
 
 
 def _residuals(log: Log, before: Model, after: Model) -> Residuals:

@@ -27,8 +27,9 @@ from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.runs.runs import payload_of
 from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.bodies import nominal_mechanism
 from flexhex.fmus.common.model.effect_bank import Bank
-from flexhex.fmus.common.model.parameters import base_mechanism
+from flexhex.fmus.common.model.parameters import base_mechanism, base_parameters
 from flexhex.fmus.feedback import equations as feedback
 from flexhex.fmus.feedback.design import Gains, design
 from flexhex.fmus.filter.equations import hann
@@ -95,11 +96,16 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
 
 
 def plant_values(machine: Machine, p: Array) -> dict[str, Array]:
-    """Parameters of plant.fmu for estimated ones p: mechanism, actuators, gains of effects."""
+    """Parameters of plant.fmu for estimated ones p: mechanism, actuators, gains of effects.
+
+    p regroups what moves alike, and its lower arms have negative moments of inertia. What moves
+    like p and is a machine is the nominal mechanism with the differences of p added.
+    """
     bank, known, n = Bank.all(machine), Bank.compensated(machine), machine.n_arms
     end = len(p) - known.n_gains
     split = n * (4 + 2 * machine.actuator.n_harmonics)
-    mechanism = base_mechanism(machine, p[split:end]).vector()
+    shift = p[split:end] - base_parameters(machine)[split:end]
+    mechanism = nominal_mechanism(machine).vector() + base_mechanism(machine, shift).vector()
     values = {"mechanism": np.array(mechanism, dtype=float).ravel(), "actuator": p[:split]}
     if bank:
         fitted = dict(zip(known.names, p[end:], strict=True))

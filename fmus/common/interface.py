@@ -68,7 +68,8 @@ class Variable:
     start [unit] is one value for all elements or one per element. min, max [unit]
     hold for every element; a value outside them is refused by the FMU. elements and units
     name and measure each element where an array holds unlike things: `actuator[1].o` of p is
-    `p.actuator[1].o`, `[1].o` of actuator is `actuator[1].o`; units then overrules `unit`.
+    `p.actuator[1].o`, `[1].o` of actuator is `actuator[1].o`; units then overrules `unit`, and
+    least, a bound of each, `min`.
     initial_from: parameters from which an output's first value comes, element by element where
     sizes agree. display: the unit that people read it in, when it is not the usual one of its
     unit. nominal [unit]: its ordinary size. type: that of FMI; in C everything is a double. items:
@@ -91,6 +92,7 @@ class Variable:
     variability: Variability = "discrete"
     elements: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    least: tuple[float, ...] = ()
     initial_from: tuple[str, ...] = ()
     display: str = ""
     type: Type = "Real"
@@ -101,14 +103,16 @@ class Variable:
             raise InterfaceError(f"variable {self.name!r}: not a C identifier")
         if self.causality == "parameter" and self.variability == "discrete":
             object.__setattr__(self, "variability", "fixed")
+        if self.least and len(self.least) != self.count:
+            raise InterfaceError(f"{self.name}: {len(self.least)} bounds for {self.count} elements")
         last = {"Boolean": 1.0, "Enumeration": len(self.items) - 1.0}.get(self.type)
         if last is not None:
             object.__setattr__(self, "min", 0.0)
             object.__setattr__(self, "max", last)
         for k, value in enumerate(self.starts):
-            if not self.min <= value <= self.max:
+            if not self.lows[k] <= value <= self.max:
                 unit = self.units[k] if self.units else self.unit
-                raise StartValueError(self.scalar_names[k], value, (self.min, self.max), unit)
+                raise StartValueError(self.scalar_names[k], value, (self.lows[k], self.max), unit)
             if self.type != "Real" and value != round(value):
                 name = self.scalar_names[k]
                 raise InterfaceError(f"{name} starts at {value:.9g}, must be a whole number")
@@ -137,6 +141,11 @@ class Variable:
         if len(starts) != self.count:
             raise InterfaceError(f"{self.name}: {len(starts)} start values for {self.count}")
         return starts
+
+    @property
+    def lows(self) -> tuple[float, ...]:
+        """Least value of every element [unit]."""
+        return self.least or (self.min,) * self.count
 
     @cached_property
     def scalar_names(self) -> tuple[str, ...]:

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from flexhex.fmus.common.interface import Interface, Item, Variable, count, flag, parameter
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.model.bodies import mechanism_names, mechanism_units, nominal_mechanism
+from flexhex.fmus.common.model.bodies import (
+    mechanism_names,
+    mechanism_units,
+    nominal_mechanism,
+    positive,
+)
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import AXES, Frames
 from flexhex.fmus.common.model.parameters import ACTUATOR, actuator_parameters, base_parameters
@@ -67,10 +72,12 @@ def _vector(
     names: tuple[str, ...],
     units: tuple[str, ...],
 ) -> Variable:
-    """Unlike values in one array."""
+    """Unlike values in one array; none of a body below what nature allows."""
+    least = tuple(0.0 if positive(name) else -100.0 for name in names)
     return parameter(
-        name, "1", text, start, -100, 100, size=len(start), elements=names, units=units
-    )
+        name, "1", text, start, -100, 100,
+        size=len(start), elements=names, units=units, least=least,
+    )  # fmt: skip
 
 
 def gains(machine: Machine) -> tuple[Variable, ...]:

@@ -13,7 +13,8 @@ use crate::config::{Config, AXES};
 use crate::exit::Exit;
 use crate::obstacle::Obstacle;
 use crate::option_error::OptionError;
-use crate::poses::{angles, within, PoseError};
+use crate::platform::{Platform, PlatformError};
+use crate::poses::{angles, of_platform, within, PoseError};
 use crate::report::Reporter;
 use crate::run;
 use crate::session::PowerArgs;
@@ -28,6 +29,7 @@ Examples:
 Lines that it takes, each with Enter:
   3 0.01           axis 3 by 0.01 rad, at most --largest
   to 0,0,0,0,0,0   to this pose
+  pose 0,0,310mm,0,2deg,0   to this pose of the platform, as in `move --pose`
   q                land; so does the end of the input, or Ctrl-C
 It says when it has arrived, with the angles that were measured there.
 
@@ -60,7 +62,10 @@ impl Display for LineError {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
             LineError::Unknown(line) => {
-                write!(f, "{line:?}: write `3 0.01`, `to 0,0,0,0,0,0` or `q`")
+                write!(
+                    f,
+                    "{line:?}: write `3 0.01`, `to 0,0,0,0,0,0`, `pose 0,0,310mm,0,0,0` or `q`"
+                )
             }
             LineError::Large { by, largest } => {
                 write!(f, "{by} rad: allowed at most {largest} rad (--largest)")
@@ -82,9 +87,14 @@ pub fn jog(args: &Jog) -> Exit {
         let opened = Workspace::open(&config, system, "-ways");
         let mut workspace = opened.map_err(|why| PoseError::Way(Obstacle::Failed(why)))?;
         go(workspace.as_mut(), &[0.0; AXES])?;
-        let arrivals = arrivals::reported(reporter, ORDERS);
+        let arrivals = arrivals::reported(reporter, (&config, system), ORDERS);
+        let arrivals = arrivals.map_err(|why| PoseError::Way(Obstacle::Failed(why)))?;
+        // a machine without it is moved by angles
+        let platform = Platform::open(&config, system);
         // it ends with the process: a read of the keyboard cannot be cut short
-        std::thread::spawn(move || listen(reporter, (&config, workspace), largest, &sender));
+        std::thread::spawn(move || {
+            listen(reporter, (&config, workspace, platform), largest, &sender)
+        });
         Ok(Task::Jog(tasks::Jog::new([0.0; AXES], orders, arrivals)))
     };
     run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
@@ -97,7 +107,11 @@ fn go(workspace: Option<&mut Workspace>, pose: &[f64; AXES]) -> Result<(), PoseE
 /// Passes the orders of standard input on until its end.
 fn listen(
     reporter: Reporter,
-    (config, mut workspace): (&Config, Option<Workspace>),
+    (config, mut workspace, mut platform): (
+        &Config,
+        Option<Workspace>,
+        Result<Platform, PlatformError>,
+    ),
     largest: f64,
     orders: &SyncSender<Order>,
 ) {
@@ -106,7 +120,7 @@ fn listen(
         if line.trim().is_empty() {
             continue;
         }
-        let wanted = order(&line, &pose, config, largest).and_then(|order| {
+        let wanted = order(&line, &pose, (config, &mut platform), largest).and_then(|order| {
             if let Order::To(next) = &order {
                 go(workspace.as_mut(), next).map_err(LineError::Pose)?;
             }
@@ -134,7 +148,7 @@ fn listen(
 fn order(
     line: &str,
     pose: &[f64; AXES],
-    config: &Config,
+    (config, platform): (&Config, &mut Result<Platform, PlatformError>),
     largest: f64,
 ) -> Result<Order, LineError> {
     let unknown = || LineError::Unknown(line.to_owned());
@@ -142,6 +156,11 @@ fn order(
     let (first, rest) = (words.next().unwrap_or(""), words.collect::<Vec<_>>().join(""));
     let next = match (first, rest.as_str()) {
         ("q", "") => return Ok(Order::Land),
+        ("pose", text) => {
+            let platform = platform.as_mut().map_err(|why| PoseError::Platform(why.clone()));
+            let angles = platform.and_then(|platform| of_platform(text, platform, config));
+            angles.map_err(LineError::Pose)?
+        }
         ("to", text) => angles(text).map_err(LineError::Pose)?,
         (axis, by) => {
             let axis = axis.parse().ok().filter(|k| (1..=AXES).contains(k)).ok_or_else(unknown)?;
@@ -168,7 +187,7 @@ mod tests {
     fn lines_are_orders_or_told_why_not() {
         let config = parse(include_str!("../machines/akd.toml")).unwrap();
         let pose = [0.0, 0.0, 0.5, 0.0, 0.0, 0.0];
-        let at = |line: &str| order(line, &pose, &config, 0.05);
+        let at = |line: &str| order(line, &pose, (&config, &mut Err(PlatformError::NoFmu)), 0.05);
         assert_eq!(at(" 3  -0.05 "), Ok(Order::To([0.0, 0.0, 0.45, 0.0, 0.0, 0.0])));
         assert_eq!(at("to 0,0,0, 0,0,0.1"), Ok(Order::To([0.0, 0.0, 0.0, 0.0, 0.0, 0.1])));
         assert_eq!(at("q"), Ok(Order::Land));
@@ -180,6 +199,7 @@ mod tests {
             ("3", "write `3 0.01`"),
             ("quit", "write `3 0.01`"),
             ("to 1,2", "write 6 angles in rad"),
+            ("pose 0,0,0.3,0,0,0", "system.pose_fmu is missing"),
         ] {
             assert!(at(line).unwrap_err().to_string().contains(why), "{line}: {:?}", at(line));
         }

@@ -27,6 +27,7 @@ mod off;
 mod option_error;
 mod plan;
 mod planned;
+mod platform;
 mod poses;
 mod realtime;
 mod record;
@@ -59,6 +60,7 @@ Examples:
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
   flexhex-gateway move gateway/machines/akd.toml --enable --axis 3 --by 0.02
+  flexhex-gateway move gateway/machines/akd.toml --enable --pose 0,0,310mm,0,2deg,0
   flexhex-gateway jog gateway/machines/akd.toml --enable
   flexhex-gateway calibrate signs gateway/machines/akd.toml --enable
   flexhex-gateway status gateway/machines/akd.toml

@@ -8,6 +8,7 @@ use crate::arrivals;
 use crate::config::{Config, AXES};
 use crate::exit::{Ends, Exit};
 use crate::obstacle::Obstacle;
+use crate::platform::{self, Platform, PlatformError};
 use crate::report::Reporter;
 use crate::tasks::{self, Task};
 use crate::workspace::Workspace;
@@ -18,6 +19,11 @@ Examples:
   flexhex-gateway move gateway/machines/akd.toml --enable --axis 3 --by 0.02  # nudge one axis there
   flexhex-gateway move gateway/machines/akd.toml --enable --hold 5 \\
       --to 0,0,0,0,0,0 --to 0.1,0.1,0.1,0.1,0.1,0.1
+  flexhex-gateway move gateway/machines/akd.toml --enable --pose 0,0,310mm,0,2deg,0   # of the platform
+
+A pose of the platform is its position from the base and its rotation vector, as in files of motions; its angles are those of
+system.pose_fmu. The way from pose to pose is straight in the angles, and its limits ([limits], [[pose]]) are checked before
+power, with the way of the landing.
 
 Speed, torque and gains are those of [landing], the limits those of a run. Ctrl-C lands. It says when it has arrived,
 and at the end the mean angle and measured torque of each pose: compare them with and without a known
@@ -29,6 +35,10 @@ pub struct Poses {
     /// Angles of a pose, six numbers in rad; may be repeated. Left out: the neutral pose.
     #[arg(long, value_name = "RAD,...", allow_hyphen_values = true)]
     to: Vec<String>,
+    /// Pose of the platform: position from the base (m, mm, um) and rotation vector (rad, mrad, deg), each value with its
+    /// unit or in m and rad; may be repeated.
+    #[arg(long, value_name = "X,Y,Z,RX,RY,RZ", allow_hyphen_values = true, conflicts_with = "to")]
+    pose: Vec<String>,
     /// Nudge this axis in the last pose, and go back.
     #[arg(long, value_name = "K", requires = "by")]
     axis: Option<usize>,
@@ -57,6 +67,10 @@ pub enum PoseError {
     },
     /// The platform cannot take it.
     Way(Obstacle),
+    /// A pose of the platform has no angles.
+    Platform(PlatformError),
+    /// Why the pose of a text cannot be taken.
+    Of(String, Box<PoseError>),
 }
 
 impl Display for PoseError {
@@ -75,13 +89,25 @@ impl Display for PoseError {
             ),
             PoseError::Way(why @ Obstacle::Failed(_)) => why.fmt(f),
             PoseError::Way(why) => write!(f, "on the way, {why}: take another way"),
+            PoseError::Platform(why) => why.fmt(f),
+            PoseError::Of(text, why) => write!(f, "pose {text}: {why}"),
         }
+    }
+}
+
+impl From<PlatformError> for PoseError {
+    fn from(why: PlatformError) -> PoseError {
+        PoseError::Platform(why)
     }
 }
 
 impl Ends for PoseError {
     fn exit(&self) -> Exit {
-        Exit::Usage
+        match self {
+            PoseError::Platform(why) => why.exit(),
+            PoseError::Of(_, why) => why.exit(),
+            _ => Exit::Usage,
+        }
     }
 }
 
@@ -93,20 +119,33 @@ impl Poses {
         config: &Config,
         system: &System,
     ) -> Result<Task, PoseError> {
-        let list = self.list(config)?;
+        let open = || Platform::open(config, system);
+        let list = self.list(config, open)?;
+        let failed = |why| PoseError::Way(Obstacle::Failed(why));
         let opened = Workspace::open(config, system, "-ways");
-        if let Some(mut workspace) = opened.map_err(|why| PoseError::Way(Obstacle::Failed(why)))? {
+        if let Some(mut workspace) = opened.map_err(failed)? {
             list.iter().try_for_each(|pose| workspace.go(pose)).map_err(PoseError::Way)?;
         }
-        let arrivals = arrivals::reported(reporter, list.len());
+        let arrivals = arrivals::reported(reporter, (config, system), list.len());
+        let arrivals = arrivals.map_err(failed)?;
         Ok(Task::Poses(tasks::Poses::new(list, self.hold, system.base_step(), arrivals)))
     }
 
-    fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, PoseError> {
+    fn list(
+        &self,
+        config: &Config,
+        open: impl FnOnce() -> Result<Platform, PlatformError>,
+    ) -> Result<Vec<[f64; AXES]>, PoseError> {
         if !(self.hold >= 0.1 && self.hold <= 3600.0) {
             return Err(PoseError::Hold(self.hold));
         }
         let mut poses = self.to.iter().map(|text| angles(text)).collect::<Result<Vec<_>, _>>()?;
+        if !self.pose.is_empty() {
+            let mut platform = open()?;
+            for text in &self.pose {
+                poses.push(of_platform(text, &mut platform, config)?);
+            }
+        }
         if poses.is_empty() {
             poses.push([0.0; AXES]);
         }
@@ -135,6 +174,22 @@ pub fn within(pose: &[f64; AXES], config: &Config) -> Result<(), PoseError> {
     Ok(())
 }
 
+/// The angles of the platform's pose in a text, which the position limits allow.
+pub fn of_platform(
+    text: &str,
+    platform: &mut Platform,
+    config: &Config,
+) -> Result<[f64; AXES], PoseError> {
+    let mut angles = || {
+        let wanted = platform::pose(text)?;
+        let angles = platform.angles(&wanted)?;
+        within(&angles, config)?;
+        platform.judge(&angles, &wanted)?;
+        Ok(angles)
+    };
+    angles().map_err(|why| PoseError::Of(text.to_owned(), Box::new(why)))
+}
+
 /// The angles of a pose in a text.
 pub fn angles(text: &str) -> Result<[f64; AXES], PoseError> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
@@ -155,7 +210,7 @@ mod tests {
     ) -> Result<Vec<[f64; AXES]>, PoseError> {
         let config = parse(include_str!("../machines/akd.toml")).unwrap();
         let to = to.iter().map(|text| (*text).to_owned()).collect();
-        Poses { to, axis, by, hold }.list(&config)
+        Poses { to, pose: vec![], axis, by, hold }.list(&config, || Err(PlatformError::NoFmu))
     }
 
     #[test]

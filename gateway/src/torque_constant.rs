@@ -66,9 +66,9 @@ struct Record {
 
 /// Hold the neutral pose and compare; the exit code of the command.
 pub fn find(args: &Torque) -> Exit {
-    let make = |_: &Config, system: &System| {
+    let make = |config: &Config, system: &System| {
         usage(args)?;
-        let arrivals = arrivals::reported(args.config.reporter(), POSES);
+        let arrivals = arrivals::reported(args.config.reporter(), (config, system), POSES)?;
         Ok(Task::Poses(poses(system, arrivals)))
     };
     let tell = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {

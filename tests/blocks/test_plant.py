@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from flexhex.fmus.common.errors import StartValueError
+from flexhex.fmus.plant.interface import interface
 from tests.blocks.loaded import Array, StartError, load, machine
 from tests.blocks.plant_twin import EXACT, HOLD, TS, motion, started, torques
 from tests.compare import assert_close
@@ -15,6 +19,18 @@ from tests.oracles.machine import read_machine
 def without_actuators() -> Array:
     """No friction, cogging, offset, spring: the mechanism alone."""
     return np.zeros(132)
+
+
+def test_no_body_has_a_negative_mass_moment_or_stiffness() -> None:
+    """What else stands in the array, first moments and products of inertia, may be negative."""
+    (mechanism,) = (v for v in interface(machine()).variables if v.name == "mechanism")
+    signed = [n for n, low in zip(mechanism.elements, mechanism.lows, strict=True) if low < 0]
+    assert {name.rpartition(".")[2] for name in signed} == {
+        "mc_x", "mc_y", "mc_z", "J_xy", "J_xz", "J_yz"
+    }  # fmt: skip
+    wrong = [-1.0, *mechanism.starts[1:]]
+    with pytest.raises(StartValueError, match=r"upper\[1\].J starts at -1 kg m2, allowed 0 to 100"):
+        replace(mechanism, start=wrong)
 
 
 def test_plant_keeps_its_loops_closed() -> None:

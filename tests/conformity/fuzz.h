@@ -67,7 +67,7 @@ static void describe(void) {
   for (int k = 0; k < model->n_variables; ++k) {
     const flexhex_variable *v = &model->variables[k];
     for (int i = 0; i < (v->size ? v->size : 1); ++i, ++vr) {
-      low[vr] = v->min;
+      low[vr] = v->least ? v->least[i] : v->min;
       high[vr] = v->max;
       kind[vr] = (int)v->kind;
       type[vr] = (int)v->type;

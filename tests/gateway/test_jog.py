@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from tests.gateway.weight import Fallen, free
 JOG = ("jog", "--enable", "--lockstep")
 
 
-def jogged(bench: Bench, lines: str) -> Fallen:
+def jogged(bench: Bench, lines: str, changes: Sequence[tuple[str, str]] = ()) -> Fallen:
     """A run with these lines on standard input."""
 
     def typed(gateway: subprocess.Popen[str]) -> None:
@@ -23,7 +24,7 @@ def jogged(bench: Bench, lines: str) -> Fallen:
         gateway.stdin.close()
         gateway.stdin = None
 
-    return free(bench, command=JOG, during=typed, typing=True)
+    return free(bench, command=JOG, during=typed, typing=True, changes=changes)
 
 
 @pytest.mark.parametrize("end", ["q\n", ""])

@@ -21,6 +21,7 @@ INERTIA_NAMES = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_yy", "J_zz", "J_xy", "J
 INERTIA_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m2",) * 6
 UPPER_NAMES, UPPER_UNITS = ("J", "mc_x", "mc_z"), ("kg m2", "kg m", "kg m")
 STIFFNESS_NAMES = ("k_u2", "k_u3", "k_s1", "k_s2")
+_POSITIVE = {"m", "J", "J_xx", "J_yy", "J_zz", *STIFFNESS_NAMES}
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,12 @@ class Mechanism:
         return Mechanism(
             [a[0:3] for a in arms], [a[3:13] for a in arms], v[per * n :], [a[13:17] for a in arms]
         )
+
+
+def positive(name: str) -> bool:
+    """Whether no machine has a value of the mechanism below zero: a mass, a moment of inertia about
+    an axis, a stiffness. First moments and products of inertia have either sign."""
+    return name.rpartition(".")[2] in _POSITIVE
 
 
 def mechanism_names(n: int, platform: bool = True) -> tuple[str, ...]:

@@ -24,6 +24,8 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, ConfigError> {
     let mut config = parse(&text).map_err(named)?;
     config.hash = hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);
+    let pose_fmu = config.system.pose_fmu.take();
+    config.system.pose_fmu = pose_fmu.map(|path| Config::place(file, &path));
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     let resume = config.estimate.resume.take();
     config.estimate.resume = resume.map(|path| Config::place(file, &path));

@@ -79,8 +79,9 @@ pub struct System {
     pub reference: String,
     pub following_error: String,
     pub feedforward: String,
-    /// Parameters of components by name, `"feedback.tau_step" = 0.003`: numbers, true or false, names of
-    /// items.
+    /// Inverse kinematics, for poses of the platform.
+    pub pose_fmu: Option<PathBuf>,
+    /// Parameters by name, `"feedback.tau_step" = 0.003`: numbers, true or false, names of items.
     #[serde(default)]
     pub parameters: std::collections::BTreeMap<String, flexhex_system::Value>,
 }

@@ -119,11 +119,11 @@ fn parameters_are_numbers_flags_or_items() {
 #[test]
 fn values_of_a_wrong_type_are_refused_with_their_line() {
     for (from, to, wanted) in [
-        ("mode = 4 ", "mode = 4.5", "line 36 `mode = 4.5`: invalid type: floating point `4.5`, expected a whole number from -128 to 127"),
-        ("watchdog_ms = 5", "watchdog_ms = -5", "line 19 `watchdog_ms = -5`: invalid value: integer `-5`, expected a whole number, 0 or more"),
+        ("mode = 4 ", "mode = 4.5", "line 37 `mode = 4.5`: invalid type: floating point `4.5`, expected a whole number from -128 to 127"),
+        ("watchdog_ms = 5", "watchdog_ms = -5", "line 20 `watchdog_ms = -5`: invalid value: integer `-5`, expected a whole number, 0 or more"),
         ("torque_N_m = 27.0", "torque_N_m = \"27\"", "`torque_N_m = \"27\"`: invalid type: string \"27\", expected a number"),
         ("feedback = [2.0]", "feedback = 2.0", "expected a list such as [2.0]"),
-        ("watchdog_ms = 5", "watchdog_ms = 5\nwatchdog_ms = 6", "line 20 `watchdog_ms = 6`: duplicate key"),
+        ("watchdog_ms = 5", "watchdog_ms = 5\nwatchdog_ms = 6", "line 21 `watchdog_ms = 6`: duplicate key"),
         ("lock_memory = true", "lock_memory = 1", "expected true or false"),
         ("index = 0x1600", "index = 0x16000", "`index = 0x16000`"),
         ("# cpu = 1 ", "cpu = 5000 #", "real_time.cpu = 5000, allowed 0 to 1023"),

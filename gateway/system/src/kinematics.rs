@@ -7,12 +7,13 @@ use crate::error::Error;
 use crate::folder::Folder;
 use crate::inline::Inline;
 use crate::layout::Layout;
+use crate::pose::Pose;
 use crate::system::System;
 use crate::AXES;
 
 /// Position and quaternion of the platform, as the FMU names them, without their rates' prefix.
-const POSITION: [&str; 3] = ["x_E.x", "x_E.y", "x_E.z"];
-const QUATERNION: [&str; 4] = ["lam_E[1]", "lam_E[2]", "lam_E[3]", "lam_E[4]"];
+pub(crate) const POSITION: [&str; 3] = ["x_E.x", "x_E.y", "x_E.z"];
+pub(crate) const QUATERNION: [&str; 4] = ["lam_E[1]", "lam_E[2]", "lam_E[3]", "lam_E[4]"];
 /// Rate of the axis whose gain is computed [rad/s]: so slow that what it predicts of the next pose is right.
 const RATE: f64 = 1e-3;
 
@@ -76,7 +77,7 @@ impl Kinematics {
         let input = |variable| wired(system, &layout, &name, variable);
         let (theta, thetad, period) = (input("theta")?, input("thetad")?, component.period());
         let folder = system.folder();
-        let kinematics = Kinematics {
+        let mut kinematics = Kinematics {
             inline,
             layout,
             name,
@@ -89,6 +90,8 @@ impl Kinematics {
             now: 0,
             _folder: folder,
         };
+        // at time zero FMUs show their start values, whatever they are given
+        kinematics.tick(&[0.0; AXES], &[0.0; AXES])?;
         Ok(Some(kinematics))
     }
 
@@ -114,6 +117,16 @@ impl Kinematics {
         let position = self.size(&self.position) / RATE;
         let orientation = 2.0 * self.size(&self.quaternion) / RATE;
         Ok(Some(Gain { position, orientation }))
+    }
+
+    /// The platform's pose at these angles [rad]; None: it cannot reach them.
+    pub fn pose(&mut self, theta: &[f64; AXES]) -> Result<Option<Pose>, Error> {
+        // what one tick may leave of the residual, a second one from there squares
+        self.tick(theta, &[0.0; AXES])?;
+        self.tick(theta, &[0.0; AXES])?;
+        let at = |variable: &str| self.value(&format!("x.{variable}")).unwrap_or(f64::NAN);
+        let pose = Pose::of(POSITION.map(at), QUATERNION.map(at));
+        Ok((self.inline.bus()[self.fault] == 0.0).then_some(pose))
     }
 
     /// An output of the component after the newest call.

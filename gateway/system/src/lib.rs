@@ -14,11 +14,13 @@ mod fmu;
 mod folder;
 mod guard;
 mod inline;
+mod inverse;
 mod kinematics;
 mod layout;
 mod options;
 mod planned;
 mod plant;
+mod pose;
 mod snapshot;
 mod ssd;
 mod state;
@@ -41,10 +43,12 @@ pub use controller::Controller;
 pub use dynamics::{Dynamics, Motion};
 pub use error::Error;
 pub use guard::Bounds;
+pub use inverse::Inverse;
 pub use kinematics::{Gain, Kinematics};
 pub use options::{Late, Options};
 pub use planned::Planned;
 pub use plant::Plant;
+pub use pose::Pose;
 pub use state::State;
 pub use system::System;
 pub use trip::{Trip, What};
@@ -64,6 +68,7 @@ mod tests {
         may_move::<Controller>();
         may_move::<Plant>();
         may_move::<Kinematics>();
+        may_move::<Inverse>();
         may_move::<Dynamics>();
     }
 }

@@ -46,6 +46,23 @@ impl System {
         Ok(System { base, components, wires: structure.wires, folder: Arc::new(folder) })
     }
 
+    /// One FMU alone, at its own step size and start values. Each input is fed by a signal that has its name.
+    pub(crate) fn alone(path: &Path, name: &str) -> Result<System, Error> {
+        let folder = Folder::new()?;
+        let fmu = Arc::new(Fmu::open(Archive::open(path)?, folder.path().join("0"))?);
+        let step = fmu.step_size.filter(|step| *step > 0.0);
+        let step = step.ok_or_else(|| Error::new("has no step size").at(path.display()))?;
+        let component = Component::new(name, fmu, &[], step).map_err(|e| e.at(path.display()))?;
+        let wires = component.of(Causality::Input).map(|variable| Wire {
+            source: name.to_owned(),
+            output: variable.name.clone(),
+            target: name.to_owned(),
+            input: variable.name.clone(),
+        });
+        let wires = wires.collect();
+        Ok(System { base: step, components: vec![component], wires, folder: Arc::new(folder) })
+    }
+
     /// `[s]`
     pub fn base_step(&self) -> f64 {
         self.base
