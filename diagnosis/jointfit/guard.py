@@ -78,15 +78,20 @@ def moved(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bo
     delay is by what makes more torque on an axis than `least`, relative, and than the fit leaves
     there."""
     widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
-    delay, window = after.fitted.delay, after.base.window
-    rates = [torque_rate(block, window, delay) for block in after.blocks]
-    later = (delay - before.fitted.delay) * axis_rms(after.blocks, rates)
-    most = np.maximum(least * after.torque_rms, left_rms(fit))
-    late = (np.abs(later) > most).any()
     places = [before.base.rotors[axis] for axis in fit.geared]
     rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
     turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
-    return bool(widths > BENT or late or turned)
+    return bool(widths > BENT or turned or _later(before, after, fit, least))
+
+
+def _later(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:
+    """Whether the delay moved by so much."""
+    delay = after.fitted.delay
+    if delay == before.fitted.delay:
+        return False
+    rates = [torque_rate(block, after.base.window, delay) for block in after.blocks]
+    torque = abs(delay - before.fitted.delay) * axis_rms(after.blocks, rates)
+    return bool((torque > np.maximum(least * after.torque_rms, left_rms(fit))).any())
 
 
 def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrated | None:

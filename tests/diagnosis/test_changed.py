@@ -28,7 +28,7 @@ from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
-from tests.diagnosis.test_selection import rows_of
+from tests.diagnosis.test_evidence import rows_of
 
 Array = NDArray[np.float64]
 COUNT, FOLDS = 1200, 3

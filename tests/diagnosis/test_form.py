@@ -22,7 +22,8 @@ from flexhex.diagnosis.selection.nameless import nameless
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, blended_term, effect_term
 from flexhex.diagnosis.selection.select import select
-from tests.diagnosis.test_selection import RMS, Torque, bench_of, moved, names, rows_of
+from tests.diagnosis.test_evidence import rows_of
+from tests.diagnosis.test_selection import RMS, Torque, bench_of, moved, names
 
 Array = NDArray[np.float64]
 several = pytest.mark.sample(2, of="errors of form")

@@ -20,7 +20,8 @@ from flexhex.diagnosis.selection.select import select
 from flexhex.diagnosis.workflow import diagnose
 from flexhex.fmus.common.effects import library
 from tests.diagnosis.single import write
-from tests.diagnosis.test_selection import effect_of, names, rows_of
+from tests.diagnosis.test_evidence import effect_of, rows_of
+from tests.diagnosis.test_selection import names
 from tests.diagnosis.usual import usual
 
 Array = NDArray[np.float64]

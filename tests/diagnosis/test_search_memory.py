@@ -23,7 +23,8 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import select
 from flexhex.numeric.rows import alike, native
 from tests.compare import assert_close
-from tests.diagnosis.test_selection import RMS, bench_of, rows_of
+from tests.diagnosis.test_evidence import rows_of
+from tests.diagnosis.test_selection import RMS, bench_of
 
 Array = NDArray[np.float64]
 SHAPES, ROWS = 40, 200

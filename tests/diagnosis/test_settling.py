@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis import workflow
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit import guard
 from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.jointfit.fit import beside
 from tests.diagnosis.test_selection import RMS, RUNS, bench_of
@@ -79,6 +80,25 @@ def test_search_goes_on_while_the_rotor_of_a_gear_that_gives_way_moves(
     widths, rotors = [15e-3, 15.1e-3, 15.2e-3, 15.3e-3], [1.0, 0.8, 0.79, 0.5]
     result = searched(monkeypatch, widths, rotors=rotors, geared=geared)
     assert result == widths[:count]
+
+
+@pytest.mark.parametrize(
+    ("delay", "left", "anew"), [(2e-3, 0.1, True), (2e-3, 0.3, False), (1e-4, 0, False)]
+)
+def test_search_goes_on_where_a_delay_moves_by_an_effect(
+    delay: float, left: float, anew: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a torque of 1 N m that changes by 100 N m/s; an effect worth a name has 0.02."""
+    monkeypatch.setattr(guard, "axis_rms", lambda *_: np.array([100.0]))
+    monkeypatch.setattr(guard, "left_rms", lambda _: np.array([left]))
+
+    def model(delay: float) -> Any:
+        fitted = SimpleNamespace(widths=np.ones(1), delay=delay, p=np.ones(1))
+        base = SimpleNamespace(rotors=(0,), window=0.0)
+        return SimpleNamespace(base=base, fitted=fitted, blocks=[], torque_rms=np.ones(1))
+
+    fit: Any = SimpleNamespace(geared=())
+    assert guard.moved(model(0.0), model(delay), fit, 0.02) == anew
 
 
 def test_without_an_effect_there_is_nothing_to_search_again(

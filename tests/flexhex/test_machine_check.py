@@ -90,7 +90,7 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "mass in grams": (
         replace("m = { value = 1.25,", "m = { value = 1250.0,"),
-        r"bodies\.end_effector\.m = 1250 kg: must be -100 to 100 kg .* meant in another unit\?$",
+        r"bodies\.end_effector\.m = 1250 kg: must be 0 to 100 kg .* meant in another unit\?$",
     ),
     "first moment": (
         replace('m = { value = 0.5, unit = "kg"', 'm = { value = 2200.0, unit = "kg"'),

@@ -61,6 +61,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/gateway-power-up.md": {
         "1.19": "bound of the torque constant that a calibration finds, fourth root of two",
         "1.41": "square root of two",
+        "10 m": "bound of a value of `move --pose`",
         "3 mrad": "motion that ends a push of `calibrate signs`",
         "0.1 rad": "bound of the rest pose after `home --stops`",
         "0.06 rad": "scatter of the rest pose that the test of referencing allows",
