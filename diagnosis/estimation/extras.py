@@ -121,12 +121,9 @@ class Extras:
         """The same with gains and shapes from the values of a fit, by the names of parameters."""
         bench, listed = self._bench(model), list[Extra]()
         for one in self.listed:
-            ranges = bench.scales.ranges(one.effect.id, one.axis)
             shape = {
-                s.name: float(
-                    np.clip(values[one.parameter(s.name)], ranges[s.name].low, ranges[s.name].high)
-                )
-                for s in one.free
+                name: float(np.clip(values[one.parameter(name)], *ends))
+                for name, ends in _ranges(bench, one).items()
             }
             gains = tuple(values[one.parameter(gain.name)] for gain in one.effect.gains)
             listed.append(replace(one, shape={**one.shape, **shape}, gains=gains))
@@ -148,16 +145,13 @@ class Extras:
 def _columns(bench: Bench, one: Extra) -> list[Array]:
     """Columns (m, k) of the gains of an effect, and its change with each free shape, of each
     block."""
-    columns, ranges = (
-        [bench.thin(one.effect.id, one.axis, one.shape)],
-        bench.scales.ranges(one.effect.id, one.axis),
-    )
-    for name, deviation in one.deviation.items():
-        value, own = one.shape[name], ranges[name]
-        ends = [
-            float(np.clip(value + way * STEP * deviation, own.low, own.high)) for way in (1, -1)
+    columns, ranges = [bench.thin(one.effect.id, one.axis, one.shape)], _ranges(bench, one)
+    for shape in one.free:
+        value, step = one.shape[shape.name], STEP * one.deviation[shape.name]
+        ends = np.clip([value + step, value - step], *ranges[shape.name]).tolist()
+        sides = [
+            bench.thin(one.effect.id, one.axis, {**one.shape, shape.name: end}) for end in ends
         ]
-        sides = [bench.thin(one.effect.id, one.axis, {**one.shape, name: end}) for end in ends]
         columns.append(
             [
                 ((above - below) @ one.gains / (ends[0] - ends[1]))[:, None]
@@ -165,3 +159,10 @@ def _columns(bench: Bench, one: Extra) -> list[Array]:
             ]
         )
     return [np.hstack(parts) for parts in zip(*columns, strict=True)]
+
+
+def _ranges(bench: Bench, one: Extra) -> dict[str, tuple[float, float]]:
+    """Least and largest value of each free shape, which may have been found on larger runs."""
+    ranges = bench.scales.ranges(one.effect.id, one.axis)
+    own = {shape.name: (ranges[shape.name], one.shape[shape.name]) for shape in one.free}
+    return {name: (min(r.low, value), max(r.high, value)) for name, (r, value) in own.items()}

@@ -139,6 +139,17 @@ def test_a_shape_that_is_known_roughly_is_fitted_with_its_interval(tmp_path: Pat
     assert np.ptp(apart) < 0.1 * np.ptp(wanted)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_shape_that_other_runs_had_is_fitted_too(tmp_path: Path) -> None:
+    """A rate far beyond those of these runs, at which Stribeck's friction is Coulomb's."""
+    found = json.loads(json.dumps(FOUND))
+    found["effects"][1]["parameters"]["v_s"] = {"value": 9e9, "ci95": [8e9, 10e9]}
+    more = read_diagnosis(written(tmp_path, found))
+    identified = identify(logs(tmp_path)[:1], options=Options("axis"), more=more)
+    assert np.isfinite([one.estimate.value for one in identified.parameters]).all()
+    assert identified["J[1]"].estimate.value == pytest.approx(J, rel=0.05)
+
+
 def test_parameters_of_an_effect_can_be_tuned_in_the_fmu(tmp_path: Path) -> None:
     paths, file = logs(tmp_path), written(tmp_path, FOUND)
     fmu = write_fmu(
