@@ -153,8 +153,8 @@ def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | 
 def misfit(model: Calibrated) -> str:
     """Why the runs are not those of the base model's machine, or nothing.
 
-    One axis of several that does not fit has something that is missing: two that were exchanged,
-    or another machine, would be more, and a turned sign would go against the model.
+    If one axis of several does not fit, the model of that axis lacks something: exchanged axes or
+    another machine would show on two at least, and a turned sign as a negative correlation.
     """
     if not model.base.complete:
         return ""

@@ -8,15 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
+from scipy.special import chdtrc, erfc
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.regression.payloads import Load
 from flexhex.diagnosis.result.verdict import NORMAL, Changed, Estimate
 
 Array = NDArray[np.float64]
-OUTSIDE = 0.05
-"""Chance that a region does not hold the truth."""
 LENGTHS = 0.003
 """Relative error of a machine's lengths, and so of a mass that its torques tell: one standard
 deviation."""
@@ -59,7 +57,7 @@ def _as_written(move: Array, covariance: Array) -> bool:
     size = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     inverse = np.linalg.pinv(covariance / np.outer(size, size), hermitian=True)
     square = float((move / size) @ inverse @ (move / size))
-    return bool(chdtrc(len(move), square) > OUTSIDE)
+    return bool(chdtrc(len(move), square) > erfc(NORMAL / np.sqrt(2)))
 
 
 def impossible(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:

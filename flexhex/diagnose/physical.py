@@ -53,6 +53,6 @@ def _rows(machine: Machine, p: Array, held: set[str]) -> tuple[Array, Array]:
 
     values = full(p)
     rows = np.column_stack([full(p + unit) - values for unit in np.eye(len(p))])
-    # arms share values: one row for all of them
+    # of zeros and ones but for rounding; arms share values: one row for all of them
     rows, first = np.unique(np.round(rows), axis=0, return_index=True)
     return rows, LEAST - values[first]
