@@ -14,13 +14,22 @@ from flexhex.diagnosis import logs
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.hypotheses.own_effect import OwnEffect, own_effects
+from flexhex.diagnosis.jointfit.calmest import calmest
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
-from flexhex.diagnosis.regression.window import Smoother, longer_windows, outgrown, smoother
+from flexhex.diagnosis.regression.window import (
+    TWICE,
+    Smoother,
+    outgrown,
+    smoothed,
+    smoother,
+    unknown_inertias,
+    windows,
+)
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
 from flexhex.diagnosis.runs.runs import refuse_slow, runs_of, starts_of
@@ -134,16 +143,27 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
             if longer.window == base.window:
                 more = _longer(model, runs, usual)
                 if more is None:
-                    return model, longer.left, done
+                    return _calmed(model, runs, usual), longer.left, done
                 longer = more
-            base, done = longer.base(base), longer.text
+            base, done = smoothed(base, longer.window), longer.text
+
+
+def _calmed(model: Calibrated, runs: Sequence[Run], usual: float) -> Calibrated:
+    """The base model smoothed as long as nothing is lost that repeats."""
+    window = calmest(model, usual)
+    if window == model.base.window:
+        return model
+    base = smoothed(model.base, window)
+    return calibrate(base, blocks(base, runs, spacing_for(base, runs)))
 
 
 def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
     """A window under which inertias that nobody knows are not smaller than they are. Between passes
     noise makes none smaller, and what grows there is a mechanism that swings."""
-    for window in () if model.noise.repeats else longer_windows(model, usual):
-        base = Smoother(window, np.zeros(model.base.n), "").base(model.base)
+    if model.noise.repeats or not unknown_inertias(model.base):
+        return None
+    for window in windows(model, usual, TWICE):
+        base = smoothed(model.base, window)
         again = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
         if longer := outgrown(model, again, usual):
             return longer

@@ -47,11 +47,20 @@ class Smoother:
     left: Array
     text: str
 
-    def base(self, base: Base) -> Base:
-        """The base with this window; its rows lie apart as far as before, in windows."""
-        longer = copy(base)
-        longer.spacing, longer.window = base.spacing * self.window / base.window, self.window
-        return longer
+
+def smoothed(base: Base, window: float) -> Base:
+    """The base with this window [s]; its rows lie apart as far as before, in windows."""
+    longer = copy(base)
+    longer.spacing, longer.window = base.spacing * window / base.window, window
+    return longer
+
+
+def windows(model: Calibrated, usual: float, times: float) -> Iterator[float]:
+    """Longer and longer windows [s], each so many times the one before."""
+    window, most = model.base.window, min(LONGEST * usual, _room(model))
+    while LONGER * window <= most:
+        window = min(times * window, most)
+        yield window
 
 
 def smoother(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
@@ -74,10 +83,10 @@ def smoother(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
     again = step > _apart(runs, base.window)
     most = np.maximum(np.where(again, SMALLEST_REPEATABLE / 2, NOISE) * model.torque_rms, 1e-300)
     ts, window = runs[0].motion.ts, base.window
-    while window < LONGEST * usual and LONGER * window <= _room(model):
+    for longer in windows(model, usual, LONGER):
         if (noise * inertia * curvature(window, ts) <= most).all():
             break
-        window *= LONGER
+        window = longer
     left = noise * inertia * curvature(window, ts)
     first = noise * inertia * curvature(usual, ts)
     worst = int(np.argmax(first / most))
@@ -102,14 +111,6 @@ def unknown_inertias(base: Base) -> list[int]:
         and known.group == kinds[known.axis].inertia
         and np.isinf(known.tolerance)
     ]
-
-
-def longer_windows(model: Calibrated, usual: float) -> Iterator[float]:
-    """Windows [s] under which inertias that runs alone tell may grow."""
-    window, most = model.base.window, min(LONGEST * usual, _room(model))
-    while unknown_inertias(model.base) and LONGER * window <= most:
-        window = min(TWICE * window, most)
-        yield window
 
 
 def outgrown(model: Calibrated, again: Calibrated, usual: float) -> Smoother | None:
