@@ -71,6 +71,12 @@ class Joint:
         """Standard deviations of the gains of each part."""
         return tuple(self.deviations.gains[k] for k in self._places)
 
+    @property
+    def turned(self) -> tuple[Array, ...]:
+        """How far errors of their forms as large as the effects move the gains of each part with
+        the shapes."""
+        return tuple(self.deviations.turned[k] for k in self._places)
+
     @cached_property
     def sure(self) -> tuple[float, ...]:
         """In how many deviations the gains of each part stand above zero together."""

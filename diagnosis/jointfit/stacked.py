@@ -49,14 +49,15 @@ def blends(bench: Bench, regression: Regression, parts: Sequence[Part]) -> list[
 @dataclass(frozen=True)
 class Deviations:
     """Standard deviations of all gains (k,), and of the shapes of each part, infinite for one that
-    the runs do not determine. covariance: of the gains (k, k) with these shapes, as whether they
-    are zero does not depend on shapes. bent: how far an error of the form as large as the effect
-    moves each shape."""
+    the runs do not determine: gains are as unsure as that makes them. covariance: of the gains
+    (k, k) with these shapes, as whether they are zero does not depend on shapes. bent: how far an
+    error of the form as large as the effect moves each shape; turned: and gains (k,) with those."""
 
     gains: Array
     shapes: list[dict[str, float]]
     covariance: Array
     bent: list[dict[str, float]]
+    turned: Array
 
 
 def deviations_of(
@@ -67,13 +68,17 @@ def deviations_of(
     tangents: Array,
 ) -> Deviations:
     """How sure gains and shapes are. A shape that the runs do not determine is kept, the least
-    certain one first: left free it would take the gain with it."""
+    certain one first: left free it would take the gain with it. It may be another by as much as it
+    is, or as these runs allow, and the gains with it."""
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
     free = np.ones(len(shaped), dtype=bool)
     changes = rotor_changes(bench, regression, parts, columns)
+    reach, far = np.zeros((2, len(shaped)))
+    together: Array | None = None
     while True:
         gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])), changes)
+        together = gain.own if together is None else together
         deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
         deviation[gain.lost] = np.inf
         deviation[:count][~columns.any(axis=0)] = 0.0  # held at zero
@@ -81,23 +86,29 @@ def deviations_of(
         unsure[free] = deviation[count:] / sizes[free]
         if not (unsure > UNDETERMINED).any():
             break
-        free[np.argmax(unsure)] = False
+        worst = int(np.argmax(unsure))
+        free[worst], reach[worst] = False, sizes[worst] / np.hypot(1.0, 1 / unsure[worst])
     spread: list[dict[str, float]] = [{} for _ in parts]
     bent: list[dict[str, float]] = [{} for _ in parts]
     for k, name in shaped:
         spread[k][name] = bent[k][name] = np.inf
-    known = [place for place, is_free in zip(shaped, free, strict=True) if is_free]
-    moved = np.sqrt(np.maximum(np.diag(inverted(gain.own))[count:], 0.0))
+    far[free] = np.sqrt(np.maximum(np.diag(inverted(gain.own))[count:], 0.0))
     edges = np.cumsum([0, *(part.columns.values.shape[1] for part in parts)])
-    for (k, name), value, far in zip(known, deviation[count:], moved, strict=True):
+    for j, value in zip(np.flatnonzero(free), deviation[count:], strict=True):
+        k, name = shaped[j]
         spread[k][name] = float(value)
         place = slice(edges[k], edges[k + 1])
         own = gain.beta[place]
         size = float(own @ gain.own[place, place] @ own)
-        bent[k][name] = float(far) * np.sqrt(max(size, 0.0))
-    if known:
+        far[j] *= np.sqrt(max(size, 0.0))
+        bent[k][name] = float(far[j])
+    # what gains change by with a shape
+    moved = inverted(together[:count, :count]) @ together[:count, count:]
+    unsure, turned = (np.linalg.norm(moved * each, axis=1) for each in (reach, far))
+    if free.any():
         gain = regression.gain(Columns(None, columns), changes)
-    return Deviations(deviation[:count], spread, gain.covariance[:count, :count], bent)
+    gains = np.hypot(deviation[:count], unsure)
+    return Deviations(gains, spread, gain.covariance[:count, :count], bent, turned)
 
 
 def _reach(bench: Bench, part: Part, name: str) -> float:

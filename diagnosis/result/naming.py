@@ -113,9 +113,10 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
     effect = library()[part.id] if item is None or part.id in library() else item.effect
     estimates = {}
     kind = fit.bench.scales.kinds[part.axis or 0]
-    for gain, value, std in zip(effect.gains, fit.beta[k], fit.deviation[k], strict=True):
+    each = zip(effect.gains, fit.beta[k], fit.deviation[k], fit.turned[k], strict=True)
+    for gain, value, std, turned in each:
         alike = [v for g, v in zip(effect.gains, fit.beta[k], strict=True) if g.unit == gain.unit]
-        wide = float(np.hypot(std, error * np.linalg.norm(alike)))
+        wide = float(np.linalg.norm([std, error * np.linalg.norm(alike), error * turned]))
         unit, positive = kind.unit(gain.unit), gain.low == 0
         estimates[gain.name] = _estimate(float(value), wide, unit, positive)
     for shape in effect.shapes:

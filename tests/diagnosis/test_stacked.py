@@ -1,4 +1,4 @@
-"""A shape that the runs do not determine is kept and does not take its gain with it."""
+"""A shape that the runs do not determine is kept; a gain is as unsure as it goes with that shape."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ EFFECT = SimpleNamespace(shapes=[SHAPE], geared=False)
 ITEMS = {"a": SimpleNamespace(searched=[SHAPE], effect=EFFECT)}
 
 
-def spreads(alike: float) -> tuple[float, dict[str, float]]:
-    """Deviations of a gain and of its shape, of which a change looks like the gain itself but for
-    `alike` (a share of something else)."""
+def spreads(alike: float, same: float = 1.0) -> tuple[float, dict[str, float]]:
+    """Deviations of a gain and of its shape, of which a change looks like the gain itself, so many
+    times, but for `alike` (a share of something else)."""
     own, other = signals(ROWS, 2, 11).T
-    column, tangent = own[:, None], (own + alike * other)[:, None]
+    column, tangent = own[:, None], (same * own + alike * other)[:, None]
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=Columns(0, column))
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
     deviations = deviations_of(bench, regression(ROWS), [part], column, tangent)
@@ -53,12 +53,30 @@ def test_error_of_the_form_moves_a_shape(alike: float) -> None:
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
     deviations = deviations_of(bench, fits[0], [part], columns[:, :1], columns[:, 1:])
     assert deviations.bent[0]["w"] == pytest.approx(wrong[1] - right[1], rel=0.1)
+    # the error is none of the effect's own column, so the gain moves with the shape alone
+    assert deviations.turned[0] == pytest.approx(right[0] - wrong[0], rel=0.1)
 
 
-def test_shape_that_does_not_show_leaves_the_gain_its_interval() -> None:
-    gain, shape = spreads(1e-2)
+def test_shape_that_does_not_show_leaves_a_gain_that_does_not_go_with_it_its_interval() -> None:
+    gain, shape = spreads(1e-2, 0.0)
     assert shape == {"w": np.inf}
     assert gain == pytest.approx(1 / np.sqrt(2400), rel=0.3)
+
+
+@pytest.mark.parametrize("same", [0.5, 1.0])
+def test_gain_is_as_unsure_as_a_shape_that_does_not_show(same: float) -> None:
+    """The inertia of a mode far beyond the motion goes with the square of its frequency. The shape
+    may be another by as much as it is, which is 2."""
+    gain, shape = spreads(1e-4, same)
+    assert shape == {"w": np.inf}
+    assert gain == pytest.approx(2.0 * same, rel=0.05)
+
+
+def test_gain_is_no_less_sure_than_the_shape_that_goes_with_it() -> None:
+    """The runs say that this shape is right to 1.1, which is more than half of it, of 2."""
+    gain, shape = spreads(1 / np.sqrt(2400) / 1.1)
+    assert shape == {"w": np.inf}
+    assert gain == pytest.approx(1 / np.hypot(1 / 2.0, 1 / 1.1), rel=0.3)
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e9])
