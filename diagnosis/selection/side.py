@@ -87,7 +87,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     kept, fit = firm(bench, kept, criteria, freed, listed)
     poor = poor_axes(model, fit.residual)
     if poor:
-        kept = [a for a in kept if a.score.hypothesis.axis not in poor]
+        kept = [replace(a, named=False) if a.score.hypothesis.axis in poor else a for a in kept]
         kept, fit = firm(bench, kept, criteria, freed, listed)
         notes.append(sentence(poor))
     while others is not None and (kept or freed):
@@ -109,7 +109,9 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         else:
             break
     # what was left beside effects that have no name now is all of it; of poor axes that is said
-    bare = {r.axis - 1 for r in rests if r.form} - {a.score.hypothesis.axis for a in kept}
+    bare = {r.axis - 1 for r in rests if r.form} - {
+        a.score.hypothesis.axis for a in kept if a.named
+    }
     anew = {axis: remains[axis] for axis in bare if axis not in poor}
     rests = [r for r in rests if r.axis - 1 not in bare]
     rests += _rests(bench, selection, anew, kept, ([], ""), criteria)[1]
@@ -121,7 +123,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
     notes += [*usual_parts(fit), *unnamed_parts(fit, without_name(kept))]
-    named = {a.score.hypothesis.axis for a in kept}
+    named = {a.score.hypothesis.axis for a in kept if a.named}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
     unnamed = () if minor and changed else remains
     if odd:
@@ -165,7 +167,7 @@ def _rests(
         form = len(small) < len(own)
         small = [a for a in small if selection.imitates(a)]
         if not form:
-            kept = [a for a in kept if a not in own]
+            kept = [replace(a, named=False) if a in own else a for a in kept]
         elif small:
             # they stay in the fit, where the others would stand in for them
             kept = [replace(a, named=False) if a in small else a for a in kept]
