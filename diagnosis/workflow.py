@@ -14,8 +14,15 @@ from flexhex.diagnosis.drives.drifts import drifts_of, without
 from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
-from flexhex.diagnosis.jointfit.fit import beside
-from flexhex.diagnosis.jointfit.guard import delayed, moved, poor_axes, without_bent_delay
+from flexhex.diagnosis.jointfit.answer import joint
+from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside
+from flexhex.diagnosis.jointfit.guard import (
+    delayed,
+    left_rms,
+    moved,
+    poor_axes,
+    without_bent_delay,
+)
 from flexhex.diagnosis.prepare import Given, Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
@@ -154,22 +161,30 @@ def _mechanism(
     """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
 
     What is missing bends the fit of widths and delay, and a bent fit asks for effects that are not
-    there; so the search begins anew beside the base model that its own answer leaves.
+    there; so the search begins anew beside the base model that its own answer leaves. If that finds
+    what leaves more, the earlier answer stays.
     """
     now = found(Bench(model, known), judged, say)
     before = before_of(now.bench.model, now.others)
     for _ in range(SEARCHES - 1):
+        left = _left_beside(now)
         # the columns and rows of one search at a time: they take most of the memory
         now.bench.forget()
         give_back()
         settled = _settled(model, now)
         if settled is None:
             break
-        model = settled
         # before the next one, as it holds all that was scored
         del now
         give_back()
-        now = found(Bench(model, known), judged, say)
+        now = found(Bench(settled, known), judged, say)
+        if np.nanprod((_left_beside(now) / left) ** 2) > 1 / EXPLAINED:
+            settled.forget()
+            del now
+            give_back()
+            now = found(Bench(model, known), judged, say)
+            break
+        model = settled
     # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
     side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
     held = without_bent_delay(side.fit, *least) if side.remains else None
@@ -178,6 +193,12 @@ def _mechanism(
         now = found(Bench(held, known), judged, say)
         side, before = now.side, before_of(now.bench.model, now.others)
     return before, side
+
+
+def _left_beside(now: Found) -> Array:
+    """RMS (n,) of what repeats beside all that was found, or as much as is worth a word [N m]."""
+    fit = now.fit or joint(now.bench, ())
+    return np.maximum(left_rms(fit), CRITERIA.smallest_rest * fit.bench.model.torque_rms)
 
 
 def _settled(model: Calibrated, now: Found) -> Calibrated | None:

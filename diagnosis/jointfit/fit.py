@@ -29,7 +29,8 @@ HELD = 1e-3
 """Tolerance of a delay that is held, of the usual one."""
 MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
-which the weights do harm."""
+which the weights do harm; and of a fit beside friction against one without it, which is wrong then.
+"""
 FITS = 6
 """Fits until each axis has the weight of what is left there."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
@@ -160,16 +161,21 @@ def beside(fit: Joint) -> Calibrated:
 
     A hysteresis fitted to its own torque and that of a friction has the width of neither. Friction
     that was not found, or not yet, looks like a delay here, too, and stands beside them. A delay
-    that was held has its tolerance.
+    that was held has its tolerance. Where columns hardly repeat between passes a fit with more of
+    them may lead anywhere: if it leaves more than before the base model stays.
     """
     model = fit.bench.model
     if model.fitted.late < _tolerance(model.base, model.blocks):
         free = replace(model.fitted, late=_tolerance(model.base, model.blocks))
         now = about_known(model.base, model.blocks, free, model.noise, (), model.errors)
         model = now.as_sure(model)
+    most = MISLED * axis_rms(model.blocks, fit.residual)
     for _ in range(STEPS_BESIDE):
         there = fit.bench.beside(with_friction(model))
-        fitted = _moved(there.model, again(fit, there).q, STRIDE)
+        rubbed = again(fit, there)
+        if (axis_rms(model.blocks, rubbed.residual) > most).any():
+            return fit.bench.model
+        fitted = _moved(there.model, rubbed.q, STRIDE)
         for rows in (there, there.model, model):
             rows.forget()
         now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
