@@ -1,4 +1,4 @@
-"""A shape that the runs do not determine is kept; a gain is as unsure as it goes with that shape."""
+"""A shape that the runs do not determine is kept; gains are as unsure as they go with it."""
 
 from __future__ import annotations
 

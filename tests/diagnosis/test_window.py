@@ -22,8 +22,8 @@ TS, INERTIA = 1e-3, 0.08
 def run(
     seed: int, noise: float, step: float = 0.0, seconds: float = 40.0, waver: float = 0.0
 ) -> Run:
-    """A pass of a slow motion: inertia alone, and a wave that a longer window would take away; angles
-    with noise or in steps."""
+    """A pass of a slow motion: inertia alone, and a wave that a longer window would take away;
+    angles with noise or in steps."""
     t = TS * np.arange(round(seconds / TS))
     theta = 0.3 * np.sin(4 * t) + 0.1 * np.sin(11 * t + 1)
     torque = -INERTIA * (0.3 * 16 * np.sin(4 * t) + 0.1 * 121 * np.sin(11 * t + 1))
