@@ -14,24 +14,13 @@ from flexhex.diagnosis import logs
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.hypotheses.own_effect import OwnEffect, own_effects
-from flexhex.diagnosis.jointfit.calmest import calmest
-from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
-from flexhex.diagnosis.regression.window import (
-    TWICE,
-    Smoother,
-    outgrown,
-    smoothed,
-    smoother,
-    unknown_inertias,
-    windows,
-)
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
-from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
+from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.runs import refuse_slow, runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 
@@ -129,45 +118,6 @@ def run_set_of(
     units = units_of(base, base.n, "N m")
     run_set = RunSet(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, run_set, _trouble(ours, groups, runs)
-
-
-def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
-    """The base model fitted, smoothed as long as the angles' noise asks for; the torque RMS (n,)
-    [N m] that it still makes; what was done about it, or nothing."""
-    # logs in other units than they say end in numbers beyond all bounds, and are told of later
-    with np.errstate(over="ignore", invalid="ignore"):
-        usual, done = base.window, ""
-        while True:
-            model = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
-            longer = smoother(model, runs, usual)
-            if longer.window == base.window:
-                more = _longer(model, runs, usual)
-                if more is None:
-                    return _calmed(model, runs, usual), longer.left, done
-                longer = more
-            base, done = smoothed(base, longer.window), longer.text
-
-
-def _calmed(model: Calibrated, runs: Sequence[Run], usual: float) -> Calibrated:
-    """The base model smoothed as long as nothing is lost that repeats."""
-    window = calmest(model, usual)
-    if window == model.base.window:
-        return model
-    base = smoothed(model.base, window)
-    return calibrate(base, blocks(base, runs, spacing_for(base, runs)))
-
-
-def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
-    """A window under which inertias that nobody knows are not smaller than they are. Between passes
-    noise makes none smaller, and what grows there is a mechanism that swings."""
-    if model.noise.repeats or not unknown_inertias(model.base):
-        return None
-    for window in windows(model, usual, TWICE):
-        base = smoothed(model.base, window)
-        again = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
-        if longer := outgrown(model, again, usual):
-            return longer
-    return None
 
 
 def misfit(model: Calibrated) -> str:

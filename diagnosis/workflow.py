@@ -14,16 +14,15 @@ from flexhex.diagnosis.drives.drifts import drifts_of, without
 from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
-from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside
 from flexhex.diagnosis.jointfit.guard import (
     delayed,
-    left_rms,
     moved,
     poor_axes,
     without_bent_delay,
 )
-from flexhex.diagnosis.prepare import Given, Options, RunSet, fitted, misfit, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Given, Options, RunSet, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
@@ -167,7 +166,7 @@ def _mechanism(
     now = found(Bench(model, known), judged, say)
     before = before_of(now.bench.model, now.others)
     for _ in range(SEARCHES - 1):
-        left = _left_beside(now)
+        left = now.left
         # the columns and rows of one search at a time: they take most of the memory
         now.bench.forget()
         give_back()
@@ -178,7 +177,7 @@ def _mechanism(
         del now
         give_back()
         now = found(Bench(settled, known), judged, say)
-        if np.nanprod((_left_beside(now) / left) ** 2) > 1 / EXPLAINED:
+        if np.nanprod((now.left / left) ** 2) > 1 / EXPLAINED:
             settled.forget()
             del now
             give_back()
@@ -193,12 +192,6 @@ def _mechanism(
         now = found(Bench(held, known), judged, say)
         side, before = now.side, before_of(now.bench.model, now.others)
     return before, side
-
-
-def _left_beside(now: Found) -> Array:
-    """RMS (n,) of what repeats beside all that was found, or as much as is worth a word [N m]."""
-    fit = now.fit or joint(now.bench, ())
-    return np.maximum(left_rms(fit), CRITERIA.smallest_rest * fit.bench.model.torque_rms)
 
 
 def _settled(model: Calibrated, now: Found) -> Calibrated | None:

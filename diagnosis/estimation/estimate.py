@@ -24,7 +24,7 @@ from flexhex.diagnosis.estimation.uncertainty import covariance
 from flexhex.diagnosis.estimation.weights import even, first_weights, levelled
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms
-from flexhex.diagnosis.prepare import fitted
+from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
 from flexhex.diagnosis.runs.blocks import JUDGED, LATEST, Run, blocks

@@ -1,13 +1,14 @@
-"""How long to smooth at best: as long as nothing is lost that repeats.
+"""How long to smooth a motion that is not quiet: as long as nothing is lost that repeats.
 
-Noise of the angles is in the columns: in those of what swings, as a flexible mode does, it may be
-most of what is there. A longer window takes noise away, and what is fast with it: so it is as long
-as the torque lets, and what base model and friction leave of it.
+What differs between passes of a motion, noise of the angles and disturbances of the motion itself,
+is in the columns: in those of what swings, as a flexible mode does, it may be most of what is
+there. A longer window takes it away, and what is fast with it: so it is as long as hardly anything
+is lost that repeats and that base model and friction do not explain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,54 +17,86 @@ from scipy.ndimage import convolve1d, minimum_filter1d
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
-from flexhex.diagnosis.regression.window import LONGER, windows
+from flexhex.diagnosis.regression.window import LONGER, inertia_of, windows
 from flexhex.diagnosis.runs.noise import alike, pairs
 from flexhex.fmus.filter.equations import hann_window
 
 Array = NDArray[np.float64]
+Pairs = Sequence[tuple[int, int]]
+QUIET = 0.001
+"""Torque of an acceleration that differs between passes, relative to all, which is no matter. With
+zero one of 104 cases of development ends otherwise."""
 LOST = 0.002
 """RMS of what repeats and is not explained yet, relative to the torque's, that a longer window may
-take away. Of 54 cases of development, halved, one ends wrongly (unknown else), doubled none."""
+take away. Halved or doubled one of 54 cases ends otherwise."""
 KEPT = 0.9
-"""Share of the RMS of the torque that repeats which it leaves. Any of 0.7 to 0.97 ends the same."""
+"""Share of the RMS of the torque that repeats which is left. Any of 0.7 to 0.97 ends the same."""
 POINTS = 8
 """Of a window for each row within."""
 
 
 def calmest(model: Calibrated, usual: float) -> float:
-    """The longest window [s] that takes nothing away that matters; that of the fit without repeats,
-    or if there is none. usual: the window [s] for quiet angles."""
+    """The shortest window [s] under which the motion is quiet, or the longest one that takes
+    nothing away that matters; that of the fit without repeats. usual: the window [s] for quiet
+    angles."""
     longest, rubbed = model.base.window, with_friction(model)
     both = [pair for pair in pairs(model.blocks) if alike(*(model.blocks[k] for k in pair))]
     if not both:
         return longest
     free, _ = freely(rubbed.regression, len(model.base.linear))
-    rest = rubbed.residual(free.q)
+    rest, inertia = rubbed.residual(free.q), inertia_of(model)
+    moved = [inertia * block.smooth(block.run.motion.thetadd) for block in model.blocks]
     for window in windows(model, usual, LONGER):
-        left, torque = (
-            _lost(model, both, values, window) / model.torque_rms for values in (rest, model.torque)
-        )
-        if (left > LOST).any() or (torque**2 > 1 - KEPT**2).any():
+        apart = _apart(model, both, moved, longest)
+        if (apart < QUIET * model.torque_rms).all():
+            break
+        lost, torque = (_lost(model, both, values, window) for values in (rest, model.torque))
+        if (lost > LOST * model.torque_rms).any():
+            break
+        if (torque**2 > (1 - KEPT**2) * model.torque_rms**2).any():
             break
         longest = window
     return longest
 
 
-def _lost(
-    model: Calibrated, both: Sequence[tuple[int, int]], values: Sequence[Array], window: float
-) -> Array:
+def _lost(model: Calibrated, both: Pairs, values: Sequence[Array], window: float) -> Array:
     """RMS (n,) of what repeats of rows (m, n) of each block and a longer window takes away."""
-    weights = _weights(float(np.sqrt(window**2 - model.base.window**2)), model.spacing)
-    usable = [block.usable for block in model.blocks]
-    known = [np.where(own[:, None], v, 0.0) for v, own in zip(values, usable, strict=True)]
-    fast = [v - convolve1d(v, weights, axis=0) for v in known]
-    whole = [minimum_filter1d(own, len(weights), mode="constant") for own in usable]
-    square, count = np.zeros((2, model.base.n))
+    slow = _smoothed(model, values, window)
+    return _mean(model, both, [(v - s) for v, s in zip(values, slow, strict=True)], np.multiply)
+
+
+def _apart(model: Calibrated, both: Pairs, values: Sequence[Array], window: float) -> Array:
+    """RMS (n,) of what does not repeat of rows (m, n) of each block under a longer window."""
+    slow = _smoothed(model, values, window)
+    return _mean(model, both, slow, lambda a, b: (a - b) ** 2 / 2)
+
+
+def _mean(
+    model: Calibrated,
+    both: Pairs,
+    values: Sequence[Array],
+    square: Callable[[Array, Array], Array],
+) -> Array:
+    """Root mean square (n,) of two passes, where both move."""
+    total, count = np.zeros((2, model.base.n))
     for a, b in both:
-        good = model.blocks[a].moves & model.blocks[b].moves & (whole[a] & whole[b])[:, None]
-        square += (fast[a] * fast[b] * good).sum(axis=0)
+        good = np.isfinite(values[a] * values[b]) & model.blocks[a].moves & model.blocks[b].moves
+        total += np.sum(square(values[a], values[b]), axis=0, where=good)
         count += good.sum(axis=0)
-    return np.asarray(np.sqrt(np.maximum(square, 0.0) / np.maximum(count, 1)))
+    return np.asarray(np.sqrt(np.maximum(total, 0.0) / np.maximum(count, 1)))
+
+
+def _smoothed(model: Calibrated, values: Sequence[Array], window: float) -> list[Array]:
+    """Rows (m, n) of each block under a longer window; NaN where it reaches beyond them."""
+    if window == model.base.window:
+        return list(values)
+    weights = _weights(float(np.sqrt(window**2 - model.base.window**2)), model.spacing)
+    smooth = []
+    for block, own in zip(model.blocks, values, strict=True):
+        whole = minimum_filter1d(block.usable, len(weights), mode="constant")[:, None]
+        known = np.where(block.usable[:, None], own, 0.0)
+        smooth.append(np.where(whole, convolve1d(known, weights, axis=0), np.nan))
+    return smooth
 
 
 def _weights(window: float, spacing: float) -> Array:

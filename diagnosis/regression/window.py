@@ -76,7 +76,7 @@ def smoother(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
     ]
     if not noisy:
         return Smoother(base.window, np.zeros(base.n), "")
-    noise, inertia = np.max(noisy, axis=0), _inertia(model)
+    noise, inertia = np.max(noisy, axis=0), inertia_of(model)
     step = np.max([encoder_step(run.motion.theta[run.valid]) for run in runs], axis=0)
     # the error of an encoder's step comes again, or with the other sign, in a pass that goes the
     # same way beside the first
@@ -147,7 +147,7 @@ def curvature(window: float, ts: float) -> float:
     return float(2.0 * np.sqrt(2.0) * np.pi**2 * np.sqrt(ts / window) / window**2)
 
 
-def _inertia(model: Calibrated) -> Array:
+def inertia_of(model: Calibrated) -> Array:
     """Torque (n,) [N m s2/rad] of an axis for its own acceleration, the largest seen."""
     inertia = np.zeros(model.base.n)
     for block in model.blocks:

@@ -6,15 +6,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
+from flexhex.diagnosis.jointfit.guard import left_rms
 from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.firm import grouped
 from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import Side, side_of
 
+Array = NDArray[np.float64]
 Say = Callable[[str], None]
 
 
@@ -47,7 +52,7 @@ class Found:
         """What has a name, and what remains."""
         return side_of(self.selection, self.others, self.criteria)
 
-    @property
+    @cached_property
     def fit(self) -> Joint | None:
         """Beside all effects that the search accepted, whether they are named or not; none without
         any."""
@@ -55,6 +60,12 @@ class Found:
         # which parameters are free beside them is decided with the names
         freed = self.side.fit.freed if self.selection.moved_places else {}
         return joint(self.bench, grouped(self.bench, effects), freed) if effects else None
+
+    @cached_property
+    def left(self) -> Array:
+        """RMS (n,) of what repeats beside all these, or as much as is worth a word [N m]."""
+        fit = self.fit or joint(self.bench, ())
+        return np.maximum(left_rms(fit), self.criteria.smallest_rest * self.bench.model.torque_rms)
 
 
 def found(

@@ -80,7 +80,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     # where nothing has a name, parameters only imitate what is left, if it is not small beside them
     left_over = sum(left.gain for left in remains.values())
     minor = left_over <= criteria.largest_rest**2 * selection.moved
-    bodies = moved if kept or minor else []
+    bodies = moved if minor or any(a.named for a in kept) else []
     freed = freed if bodies else {}
     listed = [score for scores in selection.rounds for score in scores]
     told_of, refused = kept, list[Accepted]()

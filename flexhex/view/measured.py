@@ -12,9 +12,10 @@ from flexhex.compare.runs import Run, named_runs
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.elsewhere import elsewhere
+from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.kinds import refuse_others, units_of
 from flexhex.diagnosis.logs import Log, read_log
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import Block, blocks, torque_at
 from flexhex.fmus.common.errors import LogError

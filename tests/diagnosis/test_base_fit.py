@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.jointfit.fit import beside
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import TimeSeries, torque_at, torque_rms
 from flexhex.diagnosis.runs.noise import INEXACT, Noise, calmed, line, measured, unweighted

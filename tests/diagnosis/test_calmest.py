@@ -1,4 +1,4 @@
-"""The window is as long as nothing is lost that repeats."""
+"""A motion that is not quiet is smoothed as long as little is lost that repeats."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.axis import AxisBase
-from flexhex.diagnosis.prepare import fitted
+from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
 from flexhex.diagnosis.workflow import Options, diagnose
@@ -73,17 +73,18 @@ def test_mode_beyond_the_motion_is_where_it_is(frequency: float, tmp_path: Path)
         assert values["f"].value == pytest.approx(frequency, rel=0.05)
 
 
-def one(number: int, fast: float, trajectory: str = "a") -> Run:
-    """A pass of a rigid motion with a torque of 20 Hz [N m] that repeats."""
+def one(number: int, fast: float, trajectory: str = "a", size: float = 2e-4) -> Run:
+    """A pass of a rigid motion with disturbances [rad] and a torque of 20 Hz [N m] that repeats."""
     theta, _ = moved(1, 1e4)
     rng = np.random.default_rng(number)
     valid = np.ones(COUNT, dtype=bool)
-    seen = theta + 1e-7 * rng.standard_normal(COUNT)
-    motion = motion_of(TimeSeries(0.0, TS, seen[:, None], valid), None)
-    torque = (MOTOR + LOAD) * motion.thetadd[:, 0]
+    quiet = motion_of(TimeSeries(0.0, TS, theta[:, None], valid), None)
+    seen = (theta + noise(rng, size, 30.0))[:, None]
+    torque = (MOTOR + LOAD) * quiet.thetadd[:, 0]
     torque += fast * np.sin(40 * np.pi * TS * np.arange(len(torque)))
     torque += 0.01 * rng.standard_normal(len(torque))
-    tau = TimeSeries(motion.t0, TS, torque[:, None], np.ones(len(torque), dtype=bool))
+    tau = TimeSeries(quiet.t0, TS, torque[:, None], np.ones(len(torque), dtype=bool))
+    motion = motion_of(TimeSeries(0.0, TS, seen, valid), None)
     return Run(str(number), trajectory, motion, tau.valid, tau)
 
 
@@ -95,12 +96,15 @@ def window(*runs: Run) -> float:
 
 def test_window_is_as_long_as_the_torque_that_repeats_lets() -> None:
     assert window(one(1, 0.0), one(2, 0.0)) > 2.0
-    assert window(one(1, 0.1), one(2, 0.1)) == 1.0
+    assert window(one(1, 4.0), one(2, 4.0)) == 1.0
 
 
 def test_torque_that_does_not_repeat_is_not_lost() -> None:
-    other = one(2, -0.1)
-    assert window(one(1, 0.1), other) > 2.0
+    assert window(one(1, 4.0), one(2, -4.0)) > 2.0
+
+
+def test_quiet_motion_is_not_smoothed() -> None:
+    assert window(one(1, 0.0, size=2e-7), one(2, 0.0, size=2e-7)) == 1.0
 
 
 def test_nothing_that_was_run_once_is_smoothed_away() -> None:

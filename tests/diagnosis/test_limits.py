@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.selection.evidence import tried
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.select import select

@@ -11,11 +11,12 @@ import pytest
 
 from flexhex.diagnose.view import effect_rows, residual_rows, residual_title
 from flexhex.diagnose.words import verdict
+from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import read_log
 from flexhex.diagnosis.planning.experiment import Limits, make
 from flexhex.diagnosis.planning.trajectory import read_trajectory, write_trajectory
-from flexhex.diagnosis.prepare import fitted, run_set_of
+from flexhex.diagnosis.prepare import run_set_of
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import Experiment

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.result.maps import BINS, FINEST, maps
 from flexhex.diagnosis.result.pictured import Map
 from tests.diagnosis.single import SECONDS, TS, moved, write

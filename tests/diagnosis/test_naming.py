@@ -14,7 +14,8 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.result.naming import named_of
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv

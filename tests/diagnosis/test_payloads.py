@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 from flexhex.diagnosis.selection.feedback import noisy
 from flexhex.diagnosis.selection.levels import SHARE, Shown, _chances, choices, partitions

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.selection import found as finding
 from flexhex.diagnosis.selection import hypotheses, search

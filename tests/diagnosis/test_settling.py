@@ -29,9 +29,11 @@ def searched(
     named: bool = True,
     rotors: list[float] | None = None,
     geared: tuple[int, ...] = (),
+    left: tuple[float, ...] = (),
 ) -> list[float]:
     """Widths beside which was searched; named: an effect was found; rotors: of the only axis, as
-    the fits have them; geared: axes with an effect behind their rotor."""
+    the fits have them; geared: axes with an effect behind their rotor; left: by each search, where
+    that is not one."""
 
     def fitted(width: float, rotor: float) -> Any:
         p = np.array([1.0, rotor])
@@ -39,7 +41,8 @@ def searched(
 
     base, each = SimpleNamespace(rotors=(1,)), rotors or [1.0] * len(widths)
     models = [
-        SimpleNamespace(base=base, fitted=fitted(*pair)) for pair in zip(widths, each, strict=True)
+        SimpleNamespace(base=base, fitted=fitted(*pair), forget=lambda: None)
+        for pair in zip(widths, each, strict=True)
     ]
     requests: list[Any] = []
 
@@ -47,7 +50,9 @@ def searched(
         requests.append(bench.model)
         fit = SimpleNamespace(bench=bench, geared=geared)
         there = SimpleNamespace(fit=fit, remains=())
-        return SimpleNamespace(bench=bench, others=None, side=there, fit=fit if named else None)
+        rest = np.array([dict(enumerate(left)).get(len(requests) - 1, 1.0)])
+        found = fit if named else None
+        return SimpleNamespace(bench=bench, others=None, side=there, fit=found, left=rest)
 
     bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
@@ -67,6 +72,12 @@ def test_search_goes_on_while_a_width_moves(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_width_that_stays_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert searched(monkeypatch, [15e-3, 15.5e-3, 1.0]) == [15e-3]
+
+
+def test_search_that_leaves_more_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In twice the square; what leaves a little more may be the better model."""
+    assert searched(monkeypatch, WIDTHS, left=(1.0, 1.5)) == [8e-3, 12e-3, 8e-3]
+    assert searched(monkeypatch, WIDTHS, left=(1.0, 1.3)) == WIDTHS[: workflow.SEARCHES]
 
 
 def test_search_ends(monkeypatch: pytest.MonkeyPatch) -> None:

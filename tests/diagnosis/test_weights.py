@@ -9,7 +9,8 @@ import pytest
 
 from flexhex.diagnosis.jointfit import fit
 from flexhex.diagnosis.jointfit.leftover import axis_rms
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from tests.diagnosis.single import DAMPING, SECONDS, SPRING, TS, WEIGHT, J, moved, wandering
 
 CLOCK = np.arange(round(SECONDS / TS)) * TS

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from examples.five_bar.five_bar import ARM, FOOT, ROD
-from flexhex.diagnosis.prepare import Options, fitted, run_set_of
+from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.fmus.common.errors import MachineError
 from flexhex.view.command import view_command
 from tests.conftest import ROOT
