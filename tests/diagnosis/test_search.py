@@ -76,6 +76,16 @@ def test_no_parameter_is_set_free_where_nothing_has_a_name(
     assert list(found(selection.bench, (), lambda text: None).side.fit.freed) == freed
 
 
+def test_effects_that_imitate_what_has_no_name_stay_in_the_fit(tmp_path: Path) -> None:
+    """Parameters would take their place, also on other axes."""
+    selection = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
+    side = found(selection.bench, (), lambda text: None).side
+    assert not side.named
+    assert side.remains == (0,)
+    assert {part.id for part in side.fit.parts} == {"cogging_harmonic"}
+    assert any("in the fit, but too much there has no name" in note for note in side.notes)
+
+
 @pytest.mark.parametrize(("now", "chosen_anew"), [(100.0, []), (300.0, []), (90.0, [0])])
 def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
     now: float, chosen_anew: list[int], monkeypatch: pytest.MonkeyPatch

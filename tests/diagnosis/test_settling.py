@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis import workflow
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit import fit as fitting
 from flexhex.diagnosis.jointfit import guard
 from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.jointfit.fit import beside
@@ -130,3 +131,18 @@ def test_what_is_missing_is_no_noise(repeated: bool, tmp_path: Path) -> None:
     assert model.noise.repeats == repeated
     after = beside(joint(Bench(model, []), ()))
     assert after.noise.scale == pytest.approx(model.noise.scale, rel=0.1)
+
+
+def test_fit_that_goes_astray_beside_friction_is_not_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Products between passes of what hardly repeats may have any sign."""
+    fit = joint(Bench(bench_of(tmp_path, lambda q, v, a: 0.0 * q, RUNS).model, []), ())
+
+    def astray(_: Any, bench: Any) -> Any:
+        there = joint(bench, ())
+        return SimpleNamespace(residual=[10.0 * left for left in fit.residual], q=there.q)
+
+    assert beside(fit) is not fit.bench.model
+    monkeypatch.setattr(fitting, "again", astray)
+    assert beside(fit) is fit.bench.model
