@@ -39,17 +39,14 @@ def calmest(model: Calibrated, usual: float) -> float:
     """The shortest window [s] under which the motion is quiet, or the longest one that takes
     nothing away that matters; that of the fit without repeats. usual: the window [s] for quiet
     angles."""
-    longest, rubbed = model.base.window, with_friction(model)
+    longest, inertia = model.base.window, inertia_of(model)
     both = [pair for pair in pairs(model.blocks) if alike(*(model.blocks[k] for k in pair))]
-    if not both:
-        return longest
-    free, _ = freely(rubbed.regression, len(model.base.linear))
-    rest, inertia = rubbed.residual(free.q), inertia_of(model)
     moved = [inertia * block.smooth(block.run.motion.thetadd) for block in model.blocks]
+    rest: list[Array] = []
     for window in windows(model, usual, LONGER):
-        apart = _apart(model, both, moved, longest)
-        if (apart < QUIET * model.torque_rms).all():
+        if (_apart(model, both, moved, longest) < QUIET * model.torque_rms).all():
             break
+        rest = rest or _unexplained(model)
         lost, torque = (_lost(model, both, values, window) for values in (rest, model.torque))
         if (lost > LOST * model.torque_rms).any():
             break
@@ -57,6 +54,13 @@ def calmest(model: Calibrated, usual: float) -> float:
             break
         longest = window
     return longest
+
+
+def _unexplained(model: Calibrated) -> list[Array]:
+    """What base model and friction leave (m, n) [N m] of each block."""
+    rubbed = with_friction(model)
+    free, _ = freely(rubbed.regression, len(model.base.linear))
+    return rubbed.residual(free.q)
 
 
 def _lost(model: Calibrated, both: Pairs, values: Sequence[Array], window: float) -> Array:

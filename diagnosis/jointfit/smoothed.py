@@ -26,8 +26,8 @@ Array = NDArray[np.float64]
 
 
 def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
-    """The base model fitted, smoothed as long as the angles' noise asks for; the torque RMS (n,)
-    [N m] that it still makes; what was done about it, or nothing."""
+    """The base model fitted, smoothed as long as noise of angles and motion asks for; the torque
+    RMS (n,) [N m] that the angles' still makes; what was done about it, or nothing."""
     # logs in other units than they say end in numbers beyond all bounds, and are told of later
     with np.errstate(over="ignore", invalid="ignore"):
         usual, done = base.window, ""
@@ -43,7 +43,7 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
 
 
 def _calmed(model: Calibrated, runs: Sequence[Run], usual: float) -> Calibrated:
-    """The base model smoothed as long as nothing is lost that repeats."""
+    """The base model of a motion that is not quiet, smoothed as long as it may be."""
     window = calmest(model, usual)
     if window == model.base.window:
         return model
