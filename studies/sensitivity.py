@@ -39,6 +39,8 @@ ELSEWHERE = (
     ("jointfit.answer", "CORRELATED"),
     ("jointfit.fit", "MISLED"),
     ("jointfit.guard", "EXPLAINED"),
+    ("jointfit.calmest", "QUIET"),
+    ("jointfit.calmest", "KEPT"),
     ("jointfit.guard", "POOR"),
     ("jointfit.guard", "TOGETHER"),
     ("runs.pairing", "BADLY"),

@@ -17,7 +17,12 @@ from scipy.ndimage import convolve1d, minimum_filter1d
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
-from flexhex.diagnosis.regression.window import LONGER, inertia_of, windows
+from flexhex.diagnosis.regression.window import (
+    LONGER,
+    SMALLEST_REPEATABLE,
+    inertia_of,
+    windows,
+)
 from flexhex.diagnosis.runs.noise import alike, pairs
 from flexhex.fmus.filter.equations import hann_window
 
@@ -26,9 +31,6 @@ Pairs = Sequence[tuple[int, int]]
 QUIET = 0.001
 """Torque of an acceleration that differs between passes, relative to all, which is no matter. With
 zero one of 104 cases of development ends otherwise."""
-LOST = 0.002
-"""RMS of what repeats and is not explained yet, relative to the torque's, that a longer window may
-take away. Halved or doubled one of 54 cases ends otherwise."""
 KEPT = 0.9
 """Share of the RMS of the torque that repeats which is left. Any of 0.7 to 0.97 ends the same."""
 POINTS = 8
@@ -48,7 +50,7 @@ def calmest(model: Calibrated, usual: float) -> float:
             break
         rest = rest or _unexplained(model)
         lost, torque = (_lost(model, both, values, window) for values in (rest, model.torque))
-        if (lost > LOST * model.torque_rms).any():
+        if (lost > SMALLEST_REPEATABLE * model.torque_rms).any():
             break
         if (torque**2 > (1 - KEPT**2) * model.torque_rms**2).any():
             break

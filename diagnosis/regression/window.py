@@ -23,7 +23,8 @@ from flexhex.diagnosis.runs.blocks import LEAST, Run
 
 Array = NDArray[np.float64]
 SMALLEST_REPEATABLE = 0.002
-"""Smallest repeatable residual that matters, RMS relative to the torque's."""
+"""Smallest repeatable residual that matters, RMS relative to the torque's. Where it says how much a
+longer window may take away, halved or doubled it changes the answer of one of 54 cases."""
 NOISE = 0.05
 """Largest share of the torque's RMS that noise of the angles may make."""
 LONGER, LONGEST = 1.25, 8.0

@@ -72,15 +72,17 @@ def usual_parts(fit: Joint) -> list[str]:
 
 
 def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
-    """A sentence on each part of a fit, at these places, that has no name, as too much is left
-    beside it or something without one would explain as much, with its values: who expects it may
-    want them."""
+    """A sentence on each part of a fit, at these places, that is not named, as much is left beside
+    it or something that the library lacks would explain as much, with its values: who expects it
+    may want them."""
     known, sentences = _known(fit), list[str]()
     for k in sorted(places):
         listed = _estimates(fit, k, 0.0).items()
         values = ", ".join(f"{name} {own.value:.3g} {own.unit}" for name, own in listed)
         what = f"{known[fit.parts[k].id].title} on axis {(fit.parts[k].axis or 0) + 1} ({values})"
-        sentences.append(f"{what}: in the fit, but too much there has no name")
+        sentences.append(
+            f"{what}: in the fit, but not named: it may stand for something that the library lacks"
+        )
     return sentences
 
 

@@ -83,7 +83,7 @@ def test_effects_that_imitate_what_has_no_name_stay_in_the_fit(tmp_path: Path) -
     assert not side.named
     assert side.remains == (0,)
     assert {part.id for part in side.fit.parts} == {"cogging_harmonic"}
-    assert any("in the fit, but too much there has no name" in note for note in side.notes)
+    assert any("in the fit, but not named" in note for note in side.notes)
 
 
 @pytest.mark.parametrize(("now", "chosen_anew"), [(100.0, []), (300.0, []), (90.0, [0])])
