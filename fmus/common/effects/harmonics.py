@@ -32,7 +32,7 @@ class CoggingHarmonic(Effect):
         Shape(
             "order",
             "1/rad",
-            low=0.1,
+            low=0.0,
             high=1e5,
             start=360.0,
             grid=tuple(k for k in ORDERS if k % 36 or k > 324),
@@ -62,7 +62,7 @@ class TorqueRipple(Effect):
         Shape(
             "order",
             "1/rad",
-            low=0.1,
+            low=0.0,
             high=1e5,
             start=36.0,
             grid=ORDERS,
