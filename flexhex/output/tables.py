@@ -5,6 +5,7 @@ Every table that a command prints is made here.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -53,6 +54,11 @@ class Column:
     def title(self) -> str:
         """Heading and unit in one line: `e [µrad]`."""
         return f"{self.heading} [{self.unit}]" if self.unit else self.heading
+
+
+def printed(unit: str) -> str:
+    """A unit as it is printed: `kg m²` of `kg m2`."""
+    return re.sub(r"\b(m|s|mm|rad)([23])\b", lambda u: u[1] + "²³"[int(u[2]) - 2], unit)
 
 
 def table(title: str, columns: Sequence[Column], rows: Sequence[Row], total: bool = False) -> Group:
