@@ -23,10 +23,8 @@ CASES = (
 def markdown(head: Sequence[str], rows: Rows) -> str:
     """A table in Markdown; a bar in a cell becomes a slash, 5% becomes 5 %."""
     lines = [head, ["---"] * len(head), *rows]
-    return (
-        "\n".join(f"| {' | '.join(spaced(c).replace('|', '/') for c in row)} |" for row in lines)
-        + "\n"
-    )
+    cells = [[spaced(cell).replace("|", "/") for cell in row] for row in lines]
+    return "".join(f"| {' | '.join(row)} |\n" for row in cells)
 
 
 def paper(results: Results) -> str:

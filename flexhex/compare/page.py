@@ -19,8 +19,7 @@ from flexhex.compare.view import (
     verdict,
 )
 from flexhex.output.page import PageSection, write_page
-from flexhex.output.plots import Figure, figure, moving_rms, trace
-from flexhex.plot.draw import scaled
+from flexhex.output.plots import Figure, figure, moving_rms, scaled, trace
 from flexhex.tracking import ERROR, MICRO, columns
 
 DIFFERENCE, LIMIT = "#444", "#c33"

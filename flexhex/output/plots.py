@@ -21,6 +21,9 @@ APART = {"ticks": "outside", "ticklen": 4, "tickcolor": "rgba(0,0,0,0)"}
 """Labels of an axis do not touch what is drawn."""
 WIDE = 1.5
 """Steps of the usual width from which on samples are missing between two."""
+PREFIXES = ((1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+PREFIXED = ("rad", "m", "N m", "N", "s", "rad/s", "m/s", "A", "V")
+"""Units that may have a prefix."""
 _TICKS = [f"{digit}e{power}" for power in range(-9, 10) for digit in (1, 2, 5)]
 LOG: dict[str, Any] = {
     "type": "log",
@@ -60,6 +63,16 @@ def trace(
 def rounded(values: Array) -> list[float | None]:
     """Five digits; a figure that is no number leaves a gap."""
     return [float(f"{v:.5g}") if math.isfinite(v) else None for v in values]
+
+
+def scaled(values: Array, unit: str) -> tuple[Array, str]:
+    """Values with the prefix that fits the largest of them: 23e-6 rad are 23 µrad."""
+    known = np.abs(values[np.isfinite(values)])
+    most = known.max() if known.size else 0.0
+    if unit not in PREFIXED or not 0 < most < 1:
+        return values, unit
+    size, prefix = next(((s, p) for s, p in PREFIXES if most >= s), PREFIXES[-1])
+    return values / size, prefix + unit
 
 
 def gaps(x: Array) -> NDArray[np.intp]:
