@@ -102,9 +102,9 @@ def html(columns: Sequence[Column], rows: Sequence[Row]) -> Any:
     from markupsafe import Markup
 
     cell, line = Markup("<td>{}</td>"), Markup("<tr class='{}'>{}</tr>\n")
-    empty = Markup("")
+    head, empty = Markup("<th>{}<small>{}</small></th>"), Markup("")
     heads = empty.join(
-        Markup("<th>{}<small>{}</small></th>").format(_subscript(c.heading), c.unit)
+        head.format(_subscript(c.heading), c.unit.replace(" ", "\N{NO-BREAK SPACE}"))
         for c in columns
     )
     body = empty.join(
