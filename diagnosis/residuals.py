@@ -94,10 +94,11 @@ def resting(residual: Residual) -> list[str]:
     if not axes:
         return []
     one, several = len(axes) == 1, ", ".join(str(i + 1) for i in axes)
-    shares = ", ".join(f"{residual.resting[i]:.0%}" for i in axes)
+    ends = dict.fromkeys(f"{end(residual.resting[axes]):.0%}" for end in (np.min, np.max))
+    shares = " to ".join(ends)
     return [
         f"{'axis' if one else 'axes'} {several} {'rests' if one else 'rest'} for {shares} of the"
-        " time: it counts for nothing, as dry friction carries any torque at rest"
+        " time: these samples are left out, as dry friction carries any torque at rest"
     ]
 
 

@@ -33,7 +33,8 @@ from flexhex.view.command import view_command
 
 app = typer.Typer(
     cls=Interruptible,
-    help="Adaptive feedforward control of a flexure hexapod as FMI 2.0 co-simulation FMUs.",
+    help="Adaptive feedforward of a flexure hexapod as FMI 2.0 FMUs; what the model of any machine"
+    " lacks, found in its logs.",
     no_args_is_help=True,
     add_completion=True,
     rich_markup_mode=None,

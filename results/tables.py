@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from flexhex.diagnose.titles import readable
+from flexhex.diagnose.titles import readable, spaced, where
 from results.shares import share
 
 Results = Any
@@ -21,9 +21,10 @@ CASES = (
 
 
 def markdown(head: Sequence[str], rows: Rows) -> str:
-    """A table in Markdown; a bar in a cell becomes a slash."""
+    """A table in Markdown; a bar in a cell becomes a slash, 5% becomes 5 %."""
     lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(c.replace('|', '/') for c in row)} |" for row in lines) + "\n"
+    cells = [[spaced(cell).replace("|", "/") for cell in row] for row in lines]
+    return "".join(f"| {' | '.join(row)} |\n" for row in cells)
 
 
 def paper(results: Results) -> str:
@@ -211,7 +212,7 @@ def measured_names(results: Results) -> str:
     for one in results.values():
         said = one["diagnosis"]
         names = "; ".join(
-            " or ".join((e["name"], *e["rivals"])) + f", axes {_axes(e['axes'])}"
+            " or ".join((e["name"], *e["rivals"])) + f", {where(e['axes'], short=True)}"
             for e in said["effects"]
         )
         sentences = (readable(text) for text in (names, "; ".join(said["notes"])))

@@ -49,7 +49,7 @@ def _bar(c: Candidate, y: int, most: float) -> str:
     width = max((WIDTH - LEFT - 150) * c.gain / most, 1.0)
     fill = "#1f4e8c" if c.chosen else "url(#like)" if c.rival else "#d0d4da"
     where = f", axis {c.axes[0]}" if c.axes else ""
-    size = f"{c.gain:.0f} nats, {c.size:.2%}"
+    size = f"{c.gain:.0f} nats, {100 * c.size:.2f} %"
     return (
         f'<text x="{LEFT - 8}" y="{y + BAR - 2}" text-anchor="end">{c.id}{where}</text>'
         f'<rect x="{LEFT}" y="{y}" width="{width:.1f}" height="{BAR}" fill="{fill}"/>'

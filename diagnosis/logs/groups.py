@@ -95,7 +95,7 @@ def _notes(name: str, group: list[Log], members: list[list[Log]]) -> list[Findin
         notes.append(Finding("metadata", where, text, True))
     if len(group) > 1 and len(labels) == 0:
         signal = "r" if "r" in group[0].channels else "theta"
-        text = f"no file names its trajectory: found alike by {signal}"
+        text = f"no file names its trajectory: runs with the same {signal} are taken for one"
         notes.append(Finding("metadata", where, text, True))
     for other in members:
         if other is group or not labels or _payload(other[0]) != _payload(group[0]):

@@ -19,7 +19,7 @@ from flexhex.compare.view import (
     verdict,
 )
 from flexhex.output.page import PageSection, write_page
-from flexhex.output.plots import Figure, figure, moving_rms, trace
+from flexhex.output.plots import Figure, figure, moving_rms, scaled, trace
 from flexhex.tracking import ERROR, MICRO, columns
 
 DIFFERENCE, LIMIT = "#444", "#c33"
@@ -73,21 +73,24 @@ def _plots(d: Difference, runs: Sequence[Run]) -> tuple[Figure, Figure]:
     """The worst element of a signal in both runs, and second minus first with its tolerance."""
     (t, x), (s, y) = (_element(d, run) for run in runs)
     n = min(len(x), len(y))
-    name, unit = cells(d)[0], f"[{cells(d)[3]}]"
-    both = zip(((t, x), (s, y)), runs, strict=True)
-    lines = [trace(*samples, run.name, run.colour) for samples, run in both]
-    overlay = figure(name, "time [s]", unit, lines, **NARROW)
+    name, si = cells(d)[0], cells(d)[3]
+    both, unit = scaled(np.concatenate([x, y]), si)
+    pairs = ((t, both[: len(x)]), (s, both[len(x) :]))
+    lines = [trace(*pair, run.name, run.colour) for pair, run in zip(pairs, runs, strict=True)]
+    overlay = figure(name, "time [s]", f"[{unit}]", lines, **NARROW)
     with np.errstate(invalid="ignore"):
-        apart = y[:n] - x[:n]
+        apart, unit = scaled(np.append(y[:n] - x[:n], d.limit), si)
+    apart, limit = apart[:-1], apart[-1]
     lines = [trace(t[:n], apart, "difference", DIFFERENCE)]
     # a tolerance that cannot be told from the axis would only add two lines to it
     if d.limit > 0.01 * d.worst:
         for sign, label in ((1, "tolerance"), (-1, "")):
-            limit = np.full(2, sign * d.limit)
             ends = np.array([t[0], t[n - 1]])
-            lines.append(trace(ends, limit, label, LIMIT, showlegend=bool(label)))
+            lines.append(
+                trace(ends, np.full(2, sign * limit), label, LIMIT, showlegend=bool(label))
+            )
     title = f"{name}: {runs[1].name} minus {runs[0].name}"
-    return overlay, figure(title, "time [s]", unit, lines, **NARROW)
+    return overlay, figure(title, "time [s]", f"difference [{unit}]", lines, **NARROW)
 
 
 def _element(d: Difference, run: Run) -> tuple[Array, Array]:

@@ -80,7 +80,7 @@ def _print_tracking(judged: Figures | None, runs: Sequence[Run]) -> None:
         console().print("No tracking figures: feedback.e is not in both runs.\n", markup=False)
         return
     headings = figure_headings(runs)
-    columns = [Column(str(k), heading) for k, heading in enumerate(headings)]
+    columns = [Column(str(k), heading, right=k > 0) for k, heading in enumerate(headings)]
     rows = [{str(k): cell for k, cell in enumerate(row)} for row in figure_rows(judged)]
     console().print(table(judged_text(judged), columns, rows))
 

@@ -45,7 +45,7 @@ def map_figures(maps: Sequence[Map], first: int) -> dict[str, Figure]:
         lines = [of_joint(m.axis, line) for m in same for line in _residual(m)]
         title = f"over {over}, axis {{joint}}"
         one = figure(
-            title, f"{over} [{unit}]", f"[{residual}]", lines, xaxis={"nticks": 6}, **SMALL
+            title, f"{over} [{unit}]", f"residual [{residual}]", lines, xaxis={"nticks": 6}, **SMALL
         )
         drawn[f"map-{k}"] = per_joint(one, "axis", first)
     return drawn
@@ -63,7 +63,9 @@ def spectrum_figures(maps: Sequence[Map], first: int) -> dict[str, Figure]:
         y = {"type": "log", "exponentformat": "power", "dtick": _dtick(lines)}
         logs: dict[str, Any] = {"xaxis": LOG, "yaxis": y}
         title = "over frequency, axis {joint}"
-        one = figure(title, f"{over} [{unit}]", f"{residual}/√Hz", lines, **logs, **SMALL)
+        one = figure(
+            title, f"{over} [{unit}]", f"residual [{residual}/√Hz]", lines, **logs, **SMALL
+        )
         drawn[f"spectrum-{k}"] = per_joint(one, "axis", first)
     return drawn
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from flexhex.diagnosis.result.verdict import Estimate
+from flexhex.output.tables import printed
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -23,7 +24,7 @@ def number(value: float, digits: int = 3) -> str:
 def measured(e: Estimate) -> str:
     """`0.050 ± 0.003 N m`, `(3.7 ± 0.3)e-5 s`: the digits are those of the interval; unit 1 is left
     out."""
-    unit = "" if e.unit in ("1", "") else f" {e.unit}"
+    unit = "" if e.unit in ("1", "") else f" {printed(e.unit)}"
     low, high = e.ci95
     half = 0.5 * (high - low)
     if math.isinf(half):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnose.maps import map_figures, spectrum_figures
 from flexhex.diagnose.next import Invocation, next_steps, shortened
 from flexhex.diagnose.plots import candidate_bars, residual_bars, strip_figures
-from flexhex.diagnose.titles import effort
+from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
@@ -181,7 +181,7 @@ def _remarks(diagnosis: Diagnosis) -> list[PageSection]:
     parts = []
     if notes := remarks(diagnosis):
         parts.append(PageSection("Notes", "", ("",), [(note,) for note in notes], words=True))
-    rows = [(text,) for text in diagnosis.findings]
+    rows = [(readable(text),) for text in diagnosis.findings]
     text = "" if rows else "The logs gave no reason for a remark."
     return [*parts, PageSection("Findings in the logs", text, ("",), rows, words=True)]
 

@@ -23,7 +23,7 @@ CELL = "31,111,178"
 MOST_BARS = 10
 """Candidates of a round that are drawn."""
 TOP = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"size": 12}}
-MARGIN = {"l": 60, "r": 15, "t": 75, "b": 50}
+MARGIN = {"l": 70, "r": 15, "t": 75, "b": 50}
 """The legend stands above the plot, so that a narrow screen has room beside it."""
 SMALL = 8
 """Columns of a heat table up to which they have names and all cells figures; else numbers."""

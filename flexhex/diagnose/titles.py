@@ -33,7 +33,12 @@ def phrase(effect: str) -> str:
 def readable(text: str) -> str:
     """A note with titles in place of ids: `Coulomb friction on axis 3`. Parameters keep their
     names, `cogging_harmonic.a[2]`."""
-    return _ids().sub(lambda found: title(found[0]), text)
+    return spaced(_ids().sub(lambda found: title(found[0]), text))
+
+
+def spaced(text: str) -> str:
+    """`5 %` of `5%`."""
+    return re.sub(r"(?<=\d)%", " %", text)
 
 
 @cache

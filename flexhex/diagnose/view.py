@@ -56,7 +56,7 @@ def print_diagnosis(
         )
     for text in (*shown_lines(diagnosis.shown), *remarks(diagnosis)):
         say(out, text)
-    _print_findings(out, diagnosis.findings)
+    _print_findings(out, [readable(text) for text in diagnosis.findings])
     _print_steps(out, diagnosis, invocation)
 
 

@@ -62,7 +62,7 @@ def verdict(diagnosis: Diagnosis) -> str:
     sure = diagnosis.confidence
     if sure and sure.of >= COUNTED_FROM:
         counts = f"{sure.right} of {sure.of} such answers in the study were right"
-        sentences.append(f"Confidence {percent(sure.share)}: {counts}.")
+        sentences.append(f"Confidence {percent(sure.share)}, as {counts} (Laplace's rule).")
     if diagnosis.doubt and diagnosis.verdict not in UNNAMED:
         sentences.append("But the model may not be this machine's: see the first finding.")
     return " ".join(sentences)

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexhex.experiments.estimates import Estimates
 from flexhex.output.plots import COLOURS, Figure, figure
-from flexhex.output.tables import Column
+from flexhex.output.tables import Column, printed
 from flexhex.simulation.runs import Array
 
 EDGE = 30.0
@@ -41,7 +41,7 @@ def rows(result: Estimates) -> list[dict[str, Any]]:
         listed.append(
             {
                 "name": par.name,
-                "unit": par.unit,
+                "unit": printed(par.unit),
                 "body": par.body,
                 "fit": result.fit[k],
                 "std": result.std[k],
@@ -132,7 +132,7 @@ def _truth(result: Estimates) -> Figure:
     y = {"range": [-1.06 * EDGE, 1.06 * EDGE], "zeroline": True}
     margin = {"b": 80}
     return figure(
-        title, "", "of its scale [%]", traces, xaxis=axis, yaxis=y, shapes=edges, margin=margin
+        title, "", "error [% of scale]", traces, xaxis=axis, yaxis=y, shapes=edges, margin=margin
     )
 
 
@@ -193,5 +193,11 @@ def _time(result: Estimates) -> Figure:
     title = "Trajectories of the estimates, change relative to the fit; choose a body"
     legend = {"y": 0.86}
     return figure(
-        title, "time [s]", "of its scale [%]", traces, updatemenus=[menu], legend=legend, height=420
+        title,
+        "time [s]",
+        "change [% of scale]",
+        traces,
+        updatemenus=[menu],
+        legend=legend,
+        height=420,
     )

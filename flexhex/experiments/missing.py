@@ -14,7 +14,10 @@ from typing import Any
 
 import h5py
 
+from flexhex.diagnose.plots import AFTER, BEFORE
 from flexhex.diagnose.rebuild import Rebuilt, rebuild
+from flexhex.diagnose.titles import capital
+from flexhex.diagnose.view import remarks
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.result.verdict import Diagnosis, Named
@@ -68,6 +71,11 @@ class Missing:
         return verdict(self.diagnosis)
 
     @property
+    def notes(self) -> str:
+        """What else the diagnosis says, as sentences."""
+        return " ".join(f"{capital(note)}." for note in remarks(self.diagnosis))
+
+    @property
     def names(self) -> list[dict[str, str]]:
         """Effects by title, axes, values and indistinguishable ones, for the report."""
         return [
@@ -88,7 +96,9 @@ def _values(effect: Named) -> str:
     texts = []
     for name in shapes or first[0]:
         values = ", ".join(f"{estimates[name].value:.4g}" for estimates in first)
-        texts.append(f"{name} {values} {first[0][name].unit}")
+        unit = first[0][name].unit
+        turns = (name, unit) == ("order", "1/rad")
+        texts.append(f"{values} periods a turn" if turns else f"{name} {values} {unit}")
     return "; ".join(texts)
 
 
@@ -180,8 +190,8 @@ def figures(result: Missing) -> dict[str, Figure]:
         for m in result.diagnosis.maps
         if m.over == "angle"
         for values, name, colour in (
-            (m.before, "original", "#c33"),
-            (m.after, "extended", "#1f6fb2"),
+            (m.before, "original", BEFORE),
+            (m.after, "extended", AFTER),
         )
     ]
     if not lines:

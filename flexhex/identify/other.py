@@ -8,11 +8,12 @@ from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 
+from flexhex.diagnose.numbers import number
 from flexhex.diagnose.titles import capital, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
 from flexhex.identify.view import with_deviation
-from flexhex.output.tables import Column, Value, console, table
+from flexhex.output.tables import Column, Value, console, printed, table
 
 NARROWED = 10
 """Sums that are shown of what a motion would narrow."""
@@ -25,6 +26,8 @@ COLUMNS = (
     Column("file", "file", "", ".4g"),
     Column("shift", "difference / tolerance", "", "+.1f"),
 )
+FROM_FILE = ("file", "shift")
+"""Columns that a base model without a file leaves empty."""
 NARROWER = (
     Column("name", ""),
     Column("now", "± 95 % now", "", ".2g"),
@@ -50,7 +53,7 @@ def print_excitation(more: Excitation) -> None:
         low, high = one.estimate.ci95
         wide = max(high - one.estimate.value, (high - low) / 2)
         rows.append({"name": short(one.terms), "now": wide, "then": share * wide,
-                     "unit": one.estimate.unit})  # fmt: skip
+                     "unit": printed(one.estimate.unit)})  # fmt: skip
     out = console()
     out.print(table("One more run, along the motion written", NARROWER, rows))
     say(out, "It stays within the positions, rates and accelerations of the logs. Collisions are"
@@ -76,7 +79,7 @@ def print_identified(identified: Identified, every: bool = False) -> None:
             f" motions by themselves{near} (--all shows them).",
         )
     if identified.silent:
-        say(out, f"No torque feels {_listed(identified.silent)}.")
+        say(out, f"No torque depends on {_listed(identified.silent)}.")
     low, high = identified.delay.ci95
     if not low <= 0 <= high:
         say(out, late(identified.delay.value))
@@ -101,7 +104,11 @@ def say(out: Console, text: str) -> None:
 def _print(out: Console, title: str, listed: Sequence[Parameter], every: bool) -> None:
     shown = [one for one in listed if every or one.determined]
     if shown:
-        out.print(table(title, COLUMNS, [_row(one, every) for one in shown]))
+        rows = [_row(one, every) for one in shown]
+        columns = [
+            c for c in COLUMNS if c.key not in FROM_FILE or any(r[c.key] != "" for r in rows)
+        ]
+        out.print(table(title, columns, rows))
     if any(not one.determined for one in shown):
         say(out, "* not determined by these motions by itself")
 
@@ -114,7 +121,7 @@ def _row(one: Parameter, every: bool) -> Mapping[str, Value]:
     return {
         "name": (one.name if every else short(one.terms)) + ("" if one.determined else " *"),
         "value": value if math.isfinite(open_end) else "any",
-        "unit": one.estimate.unit,
+        "unit": printed(one.estimate.unit),
         "file": "" if unknown else one.file,
         "shift": one.shift if math.isfinite(one.shift) else "",
         "class": "" if one.determined else "yellow",
@@ -139,7 +146,7 @@ def _print_errors(out: Console, identified: Identified) -> None:
     for i, unit in enumerate(identified.units):
         left = {f"{name}: file": 100 * float(e.file[i]) for name, e in both}
         left |= {f"{name}: identified": 100 * float(e.fitted[i]) for name, e in both}
-        torque = f"{identified.errors.torque[i]:.3g} {unit}"
+        torque = f"{number(float(identified.errors.torque[i]))} {unit}"
         rows.append({"axis": str(i + 1), "torque": torque, **left})
     out.print(
         table("Share of the torque that is left (RMS, of the torque with its mean)", columns, rows)

@@ -12,7 +12,7 @@ from rich.console import Console
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import Parameter, base_parameters, parameters, term
-from flexhex.output.tables import GROUP, Column, Value, console, table
+from flexhex.output.tables import GROUP, Column, Value, console, printed, table
 
 HOPELESS = 0.5
 """Share of undetermined parameters beyond which a fit is warned of."""
@@ -73,7 +73,7 @@ def _row(row: Row, fit: Fit) -> Mapping[str, Value]:
         "estimate": with_deviation(value, std),
         "file": file,
         "apart": apart,
-        "unit": par.unit,
+        "unit": printed(par.unit),
         "class": "yellow" if loose else "",
     }
 
@@ -87,7 +87,7 @@ def _summary(hidden: list[Row], fit: Fit) -> Mapping[str, Value]:
         "estimate": f"most: {farthest[0].name}",
         "file": "",
         "apart": farthest[4],
-        "unit": hidden[0][0].unit,
+        "unit": printed(hidden[0][0].unit),
     }
 
 

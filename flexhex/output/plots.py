@@ -9,14 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.output.tables import printed
+
 Array = NDArray[np.float64]
 Figure = dict[str, Any]
 COLOURS = {"feedback": "#8c8c8c", "fixed": "#d1731d", "adaptive": "#1f6fb2"}
 MAX_POINTS = 3000
 ALIKE = 0.1
 """Height of a line, relative to that of all, below which it would look flat beside them."""
+APART = {"ticks": "outside", "ticklen": 4, "tickcolor": "rgba(0,0,0,0)"}
+"""Labels of an axis do not touch what is drawn."""
 WIDE = 1.5
 """Steps of the usual width from which on samples are missing between two."""
+PREFIXES = ((1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+PREFIXED = ("rad", "m", "N m", "N", "s", "rad/s", "m/s", "A", "V")
+"""Units that may have a prefix."""
 _TICKS = [f"{digit}e{power}" for power in range(-9, 10) for digit in (1, 2, 5)]
 LOG: dict[str, Any] = {
     "type": "log",
@@ -58,6 +65,16 @@ def rounded(values: Array) -> list[float | None]:
     return [float(f"{v:.5g}") if math.isfinite(v) else None for v in values]
 
 
+def scaled(values: Array, unit: str) -> tuple[Array, str]:
+    """Values with the prefix that fits the largest of them: 23e-6 rad are 23 µrad."""
+    known = np.abs(values[np.isfinite(values)])
+    most = known.max() if known.size else 0.0
+    if unit not in PREFIXED or not 0 < most < 1:
+        return values, unit
+    size, prefix = next(((s, p) for s, p in PREFIXES if most >= s), PREFIXES[-1])
+    return values / size, prefix + unit
+
+
 def gaps(x: Array) -> NDArray[np.intp]:
     """Places in rising x before which a sample is missing: its step is WIDE times the usual one."""
     steps = np.diff(x)
@@ -78,13 +95,13 @@ def figure(
     The scheme's colours are added where it is drawn (frame/frame.js). Lines over a common x show
     their values together; `{joint}` in the title is the chosen joint.
     """
-    x, y = (text.replace("/s2", "/s²") for text in (x, y))
+    x, y = printed(x), printed(y)
     together = all("lines" in one.get("mode", "") for one in traces)
     base: dict[str, Any] = {
         "title": {"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
         "xaxis": {"title": {"text": x}, "zeroline": False},
-        "yaxis": {"title": {"text": y}, "zeroline": False},
-        "margin": {"l": 70, "r": 190, "t": 45, "b": 50},
+        "yaxis": {"title": {"text": y}, "zeroline": False} | APART,
+        "margin": {"l": 70, "r": 215, "t": 45, "b": 50},
         "height": 360,
         "hovermode": "x unified" if together else "closest",
         "font": {"family": "system-ui, sans-serif", "size": 13},

@@ -17,7 +17,7 @@ from typing import Protocol, Self
 Advance = Callable[[float, float], None]
 """Called with what is done and the whole, in the same unit."""
 SOON = 1.0
-"""Time before which nothing is estimated [s]."""
+"""Time before which nothing is estimated, and the least that is said to be left [s]."""
 UNEVEN = ("steps", "FMUs")
 """Units that take very different times: how many are done says little of the time left."""
 
@@ -65,7 +65,7 @@ class Task:
         parts.append(
             f"{clock_time(now - self.began)} so far"
             if left is None
-            else f"about {clock_time(left)} left"
+            else f"about {clock_time(max(left, SOON))} left"
         )
         return ", ".join(parts)
 

@@ -5,6 +5,7 @@ Every table that a command prints is made here.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -55,6 +56,11 @@ class Column:
         return f"{self.heading} [{self.unit}]" if self.unit else self.heading
 
 
+def printed(unit: str) -> str:
+    """A unit as it is printed: `kg m²` of `kg m2`."""
+    return re.sub(r"\b(m|s|mm|rad)([23])\b", lambda u: u[1] + "²³"[int(u[2]) - 2], unit)
+
+
 def table(title: str, columns: Sequence[Column], rows: Sequence[Row], total: bool = False) -> Group:
     """Rows under their title, units below the headings. `class` of a row is its colour (`dim`).
 
@@ -96,9 +102,9 @@ def html(columns: Sequence[Column], rows: Sequence[Row]) -> Any:
     from markupsafe import Markup
 
     cell, line = Markup("<td>{}</td>"), Markup("<tr class='{}'>{}</tr>\n")
-    empty = Markup("")
+    head, empty = Markup("<th>{}<small>{}</small></th>"), Markup("")
     heads = empty.join(
-        Markup("<th>{}<small>{}</small></th>").format(_subscript(c.heading), c.unit)
+        head.format(_subscript(c.heading), c.unit.replace(" ", "\N{NO-BREAK SPACE}"))
         for c in columns
     )
     body = empty.join(

@@ -11,7 +11,7 @@ import numpy as np
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.interface import indices
 from flexhex.output.page import PageSection, write_page
-from flexhex.output.plots import Figure, figure, multiples, trace
+from flexhex.output.plots import Figure, figure, multiples, scaled, trace
 from flexhex.output.tables import Column, Row, console, table
 from flexhex.ssp.result import Array, Result
 from flexhex.view.thin import rows
@@ -21,9 +21,6 @@ WIDTH = 40
 LEVELS = "▁▂▃▄▅▆▇█"
 INK = "#1f6fb2"
 """Colour of a line that has a panel of its own."""
-PREFIXES = ((1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-PREFIXED = ("rad", "m", "N m", "N", "s", "rad/s", "m/s", "A", "V")
-"""Units that may have a prefix."""
 
 
 @dataclass(frozen=True)
@@ -117,16 +114,6 @@ def listing(result: Result) -> None:
             columns = group.columns(name)
             size = f"{len(columns)} × " if len(columns) > 1 else ""
             out.print(f"  {name:<24} {size}{group.units.get(name, '')[:24]}", markup=False)
-
-
-def scaled(values: Array, unit: str) -> tuple[Array, str]:
-    """Values with the prefix that fits the largest of them: 23e-6 rad are 23 µrad."""
-    known = np.abs(values[np.isfinite(values)])
-    most = known.max() if known.size else 0.0
-    if unit not in PREFIXED or not 0 < most < 1:
-        return values, unit
-    size, prefix = next(((s, p) for s, p in PREFIXES if most >= s), PREFIXES[-1])
-    return values / size, prefix + unit
 
 
 def prefixed(one: Picked) -> tuple[list[str], list[Array]]:

@@ -33,8 +33,8 @@ TITLES = {"feedback": "feedback only", "fixed": "fixed", "adaptive": "adaptive"}
 SPEED_COLUMNS = (
     Column("name", "FMU"),
     Column("steps", "steps", number="d"),
-    Column("mean_us", "a step", "µs", ".2f"),
-    Column("ms_per_s", "per simulated s", "ms", ".2f"),
+    Column("mean_us", "per step", "µs", ".2f"),
+    Column("ms_per_s", "per simulated second", "ms", ".2f"),
     Column("share", "share", "%", ".0f"),
 )
 

@@ -74,7 +74,7 @@ def _print_table(out: Console, run: PaperRun) -> None:
     warn_of(out, run.fit)
     out.print(
         f"p fitted to {run.fit.samples} torque values of another trajectory;"
-        f" {len(run.fit.undetermined)} of {len(run.fit.p)} parameters not determined individually"
+        f" {len(run.fit.undetermined)} of {len(run.fit.p)} parameters not determined individually\n"
     )
 
 

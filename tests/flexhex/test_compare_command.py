@@ -90,7 +90,8 @@ def test_page_holds_overlay_and_difference_and_needs_no_network(
     drawn = json.loads(re.search(r"^const figures = (.*);$", text, re.M)[1])  # type: ignore[index]
     gap = drawn["difference0"]["data"][0]["y"]
     assert gap[0] == 0
-    assert gap[-1] == pytest.approx(1e-4, rel=1e-3)
+    assert gap[-1] == pytest.approx(100.0, rel=1e-3)
+    assert drawn["difference0"]["layout"]["yaxis"]["title"]["text"] == "difference [µrad]"
     assert "&lt;/script&gt;there" in text, "what a file says is text, not markup"
     assert not re.search(r"<(script|img|iframe)[^>]*\ssrc=|<link", text)
 

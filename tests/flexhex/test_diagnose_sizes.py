@@ -25,7 +25,7 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
     assert "of 0.0500 and 0.0100 N m with periods of 78.54 and 39.27 mm that" in verdict(two)
     vague = {"J_2": estimate(0.0057, 0.0009, "kg m2"), "f": estimate(8.928, 0.5, "Hz")}
     mode = replace(BASIC, effects=(Named("flexible_mode", "", (1,), vague),))
-    assert "of 0.0057 ± 0.0009 kg m2 at 8.9 Hz that" in verdict(mode)
+    assert "of 0.0057 ± 0.0009 kg m² at 8.9 Hz that" in verdict(mode)
     wide = waves | {"order": estimate(28.0, 18.0, "1/m"), "order#2": estimate(56.1, 3.0, "1/m")}
     two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), wide),))
     assert "with periods of 220 and 112 mm that" in verdict(two)

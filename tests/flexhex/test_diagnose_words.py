@@ -43,7 +43,9 @@ SENTENCES = {
 
 def test_verdict_says_how_often_such_answers_were_right() -> None:
     sure = replace(NAMED, confidence=Confidence(18, 19))
-    assert verdict(sure).endswith("Confidence 90 %: 18 of 19 such answers in the study were right.")
+    assert verdict(sure).endswith(
+        "Confidence 90 %, as 18 of 19 such answers in the study were right (Laplace's rule)."
+    )
     assert sure.data()["confidence"] == pytest.approx(19 / 21)
     assert "Confidence" not in verdict(NAMED)
     assert "Confidence" not in verdict(replace(NAMED, confidence=Confidence(1, 2))), "too few"

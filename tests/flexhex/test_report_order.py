@@ -43,9 +43,9 @@ def test_details_come_after_the_story() -> None:
     listed = re.findall(r"<h2>(.*?)</h2>", text)
     assert listed == [
         "The loop",
-        "What was asked, and the answer",
+        "Tracking error",
         "What is assumed",
-        "Ours beside the paper",
+        "Simulated and published figures",
         "Where the error comes from",
         "Faults",
         "Details",

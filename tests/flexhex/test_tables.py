@@ -41,7 +41,7 @@ def test_value_that_is_no_text_and_no_number_is_refused() -> None:
 
 def test_html_is_escaped_and_marks_its_rows() -> None:
     text = str(html((Column("a", "τ_FB", "N m"),), [{"a": "<b>", "class": "dim"}]))
-    assert "<th>τ<sub>FB</sub><small>N m</small></th>" in text
+    assert "<th>τ<sub>FB</sub><small>N\N{NO-BREAK SPACE}m</small></th>" in text
     assert "<tr class='dim'><td>&lt;b&gt;</td></tr>" in text
 
 

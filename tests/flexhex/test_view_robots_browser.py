@@ -87,6 +87,11 @@ def test_joint_with_friction_is_the_one_that_is_red(shown: Browser) -> None:
     assert shown.run("byId('legend').textContent").endswith("0100 %")
 
 
+def test_joints_are_coloured_from_the_first_residual_on(shown: Browser) -> None:
+    """Before it there is none; 0.04 s were 19.9999... frames, and its colour that of none."""
+    assert max(shown.run("(setTime(DATA.settled), shares(DATA.runs[0]))")) > 0.5
+
+
 def test_numbers_stand_at_their_joints(shown: Browser) -> None:
     """Within the stage, none over another, the chosen one in its colour."""
     shown.run("stage.look('top'); setTime(2)")

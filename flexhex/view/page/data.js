@@ -31,7 +31,7 @@ function at(frames, name, t, width = WIDTH) {
   const values = frames[name];
   if (!values) { return null; }
   const place = Math.min(Math.max((t - frames.t0) / frames.step, 0), frames.count - 1);
-  const k = Math.min(Math.floor(place), Math.max(frames.count - 2, 0)), f = place - k, interpolated = [];
+  const k = Math.min(Math.floor(place + 1e-6), Math.max(frames.count - 2, 0)), f = place - k, interpolated = [];
   for (let i = 0; i < width; i++) {
     const a = values[k * width + i], b = frames.count > 1 ? values[(k + 1) * width + i] : a;
     interpolated.push(a + f * (b - a));

@@ -41,7 +41,7 @@ function setColour(name) {
     return `${+(100 * tops[channel][0] / (whole[0] || 1)).toPrecision(2)} %`;
   };
   const of = alike() ? (name === "error" ? "of each joint" : "of each motor")
-    : channel === "residual" ? "of each joint, of its largest torque" : "of each joint, of its largest";
+    : channel === "residual" ? "of each joint, as a share of its largest torque" : "of each joint, as a share of its largest";
   byId("legend").innerHTML = !channel ? "" : !there ? `the run has no ${text}`
     : `|${text}| ${of}<div class="ramp" style="background:${rampCss()}"></div><div class="ends"><span>0</span><span>${end()}</span></div>`;
   dirty = true;

@@ -38,7 +38,7 @@ def test_passes_are_found_and_aligned(with_r: bool) -> None:
     shifts = [group.logs[1].shift for group in groups]
     # 8000 samples with 20 urad of noise on 0.3 rad/s leave less than a microsecond
     assert shifts == pytest.approx([0.01234, -0.4321], abs=2e-6)
-    assert any("found alike by" in f.text for f in groups[0].findings)
+    assert any("runs with the same" in f.text for f in groups[0].findings)
 
 
 def test_start_of_the_clock_belongs_to_the_shift() -> None:
