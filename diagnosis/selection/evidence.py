@@ -99,7 +99,8 @@ def _fitted(
     fits = [Tried(*of) for of in zip(evidence, gains, odd, strict=True)]
     for left, (_, right, own, _), fit, fall, good in zip(lefts, sums, fits, falls, there, strict=True):
         # well beyond what is left no fall is one: products between passes have lost their sign
-        fit.evidence[good & (STEADY * fall > (1 + INEXACT) * moments.most(left))] = -np.inf
+        beyond = fall - (1 + INEXACT) / STEADY * moments.most(left)
+        fit.evidence[:] -= np.where(beyond > 0, np.inf if left is None else beyond / 2, 0.0)
         if effect.taken is not None and effect.axis is not None:
             lost = _let_through(moments, left, effect.axis, fit, own, right, fall)
             fit.evidence[good] -= lost[good]
@@ -111,16 +112,20 @@ def _beside(
     moments: Moments, left: Left, k: int, cross: Array, right: Array, own: Array, between: Array
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """What the fit to all folds but one leaves of the products of shapes of k columns, with each
-    other (shapes, k, k) and with the torque (shapes, k), and where it leaves any (shapes,)."""
+    other (shapes, k, k) and with the torque (shapes, k), and where it leaves any (shapes,); of all
+    folds, any of each column."""
     fit = moments.fit(left)
     half = fit.half(cross).reshape(moments.m, -1, k).transpose(1, 2, 0)
     taken = half @ half.transpose(0, 2, 1)
     S = own - taken
     whole, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (own, S))
     rest = (right - cross.T @ fit.q).reshape(-1, k)
-    there = (alone > GONE * whole).all(axis=1)
+    seen = alone > GONE * whole
+    # what left-out rows alone show says nothing without them: the others of the shape still do
+    there = seen.all(axis=1) if left is None else seen.any(axis=1)
+    S, rest = S * (seen[:, :, None] & seen[:, None, :]), rest * seen
     S[there] = common(S[there], between[there] - taken[there])
-    return S, rest, np.asarray(there)
+    return S, rest, there
 
 
 def common(within: Array, between: Array) -> Array:
