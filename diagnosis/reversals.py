@@ -9,10 +9,13 @@ that way out as well, but turn late by its gap.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 ORDER, GAIN = 6, 924.0
 """Differences of this order keep white noise, its variance times the gain, and no motion."""
 KEPT = 0.95
@@ -88,6 +91,31 @@ def turning(theta: Array, noise: Array) -> Array:
                 bend = before - 2 * now + after
                 lateness[k, i] = (before - after) / (2 * bend) if bend else 0.0
     return np.clip(lateness, -0.5, 0.5)
+
+
+@dataclass(frozen=True)
+class Held:
+    """Samples (k,) in which an angle shows nothing of its turn: each the last one before that, the
+    first one after it, and how far it is from that one to this one, 0 to 1."""
+
+    samples: Index
+    before: Index
+    after: Index
+    share: Array
+
+
+def held(theta: Array, noise: Array) -> list[Held]:
+    """Of each angle, where an encoder shows its last step for a while."""
+    listed = list[Held]()
+    for angle, sigma in zip(theta.T, noise, strict=True):
+        ends = [(a, b) for a, b, _ in _reversals(angle, REACH * sigma) if b > a]
+        first, last = np.array(ends, dtype=np.intp).reshape(-1, 2).T
+        last = np.minimum(last + 1, len(angle) - 1)
+        length = last - first
+        before, after = np.repeat(first, length), np.repeat(last, length)
+        samples = np.arange(len(before)) - np.repeat(np.cumsum(length) - length, length) + before
+        listed.append(Held(samples, before, after, (samples - before) / (after - before)))
+    return listed
 
 
 def _monotone(angle: Array, sigma: float) -> Array:

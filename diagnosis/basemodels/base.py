@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.reversals import hysteresis_filter, turning
+from flexhex.diagnosis.reversals import Held, held, hysteresis_filter, turning
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
@@ -52,9 +52,16 @@ class Motion:
     @cached_property
     def turning(self) -> Array:
         """How much later than its sample each angle turned (samples, n), in samples."""
-        return turning(
-            self.theta, np.zeros(self.theta.shape[1]) if self.noise is None else self.noise
-        )
+        return turning(self.theta, self._noise)
+
+    @cached_property
+    def held(self) -> list[Held]:
+        """Samples in which each angle shows nothing of its turn."""
+        return held(self.theta, self._noise)
+
+    @property
+    def _noise(self) -> Array:
+        return np.zeros(self.theta.shape[1]) if self.noise is None else self.noise
 
     @property
     def time(self) -> Array:

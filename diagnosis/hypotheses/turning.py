@@ -43,7 +43,9 @@ def states_along(
     `halved`.
 
     What goes by the way of an angle turns between two samples: so of each sample the mean of half a
-    step before and after it, or more of one of them by how much later the motion turned.
+    step before and after it, or more of one of them by how much later the motion turned. Where an
+    encoder shows nothing of a turn, they go evenly to what they are after it: so they turn in its
+    middle, and where feedback has to bring the torque to the other side meanwhile, with that.
     """
     assert item.along is not None
     step = motion.ts / (2 if item.by_way else 1)
@@ -53,6 +55,11 @@ def states_along(
     before, after, result = states[1:-2:2], states[3::2], states[::2].copy()
     late = motion.turning[1:-1, axis, None]
     result[1:-1] = (0.5 + late) * before + (0.5 - late) * after
+    held = motion.held[axis]
+    if len(held.samples):
+        share = held.share[:, None]
+        turned = (1 - share) * result[held.before] + share * result[held.after]
+        result[held.samples] = turned
     return result
 
 

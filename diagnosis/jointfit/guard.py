@@ -24,8 +24,6 @@ POOR = 0.5
 TOGETHER = 0.7
 """Least correlation of a torque with the nominal model's. Measured: -0.97 with a turned sign, 0.62
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
-DELAYED = 2e-4
-"""Delay [s] of the reported torques that is worth a word."""
 BENT = 0.05
 """Change of a width or rotor, relative, that bends what is searched beside it."""
 FITS = 4
@@ -105,10 +103,11 @@ def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrate
     that a clear one stands above zero; least: relative RMS below which nothing is left.
     """
     model = fit.bench.model
-    if not _clear(fit, deviations):
+    late, deviation = delay_of(fit)
+    if abs(late) < deviations * deviation:
         return None
     delay = _asked_by_axes_that_fit(fit, least)
-    if abs(delay - delay_of(fit)[0]) < DELAYED:
+    if abs(delay - late) < deviation:
         return None
     late = HELD * model.fitted.late
     fitted = replace(model.fitted, delay=delay, expected=delay, late=late)
@@ -151,7 +150,9 @@ def delay_of(fit: Joint) -> tuple[float, float]:
 def _clear(fit: Joint, deviations: float) -> bool:
     """Whether the torques' common delay is worth a word and stands above zero."""
     late, deviation = delay_of(fit)
-    return abs(late) >= max(DELAYED, deviations * deviation)
+    # a motion turns somewhere within a sample, and friction with it: less is no delay
+    sample = max(block.run.tau.ts for block in fit.bench.model.blocks)
+    return abs(late) >= max(sample, deviations * deviation)
 
 
 def delayed(fit: Joint, deviations: float) -> str:

@@ -46,16 +46,17 @@ class Estimate:
 @dataclass(frozen=True)
 class Rest:
     """What repeats on an axis (from 1) beside all that is named: its RMS in `unit`, and as a share
-    of the axis' torque; what it goes with, where that is known. form: no more than effects that are
-    named there leave, as their form is not exact. fitted: effects that explain a part of it, and
-    have no name; fitted_share: of its squares, which they explain; why: they have none. repeats:
-    seen between passes; else it is only what is left."""
+    of the axis' torque; what it goes with, where that is known. beside: effects that are named
+    leave it there; form: no more than errors of their form leave. fitted: effects that explain a
+    part of it, and have no name; fitted_share: of its squares, which they explain; why: they have
+    none. repeats: seen between passes; else it is only what is left."""
 
     axis: int
     rms: float
     unit: str
     share: float
     what: str = ""
+    beside: bool = False
     form: bool = False
     fitted: tuple[str, ...] = ()
     fitted_share: float = 0.0
@@ -70,8 +71,9 @@ class Rest:
         """For the notes."""
         there = "repeats" if self.repeats else "is left"
         text = f"{self.rms:.2g} {self.unit} on axis {self.axis} {there}"
+        text += " beside what was found" if self.beside else ""
         if self.form:
-            return f"{text} beside what was found: its form is not exact"
+            return f"{text}: its form is not exact"
         goes = f": it goes with {self.what}" if self.what else ""
         if self.fitted:
             names, part = ", ".join(self.fitted), 100 * self.fitted_share

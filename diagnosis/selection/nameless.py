@@ -8,7 +8,7 @@ from math import log
 
 import numpy as np
 
-from flexhex.diagnosis.selection.bars import shown
+from flexhex.diagnosis.selection.bars import form_error, shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.orders import fundamental_of, fundamentals
@@ -19,12 +19,14 @@ from flexhex.diagnosis.selection.select import Selection
 @dataclass(frozen=True)
 class Nameless:
     """Something without a name: relative RMS, beside what was accepted and, whole, in its place;
-    what it goes with, where that is known; what it would gain to explain it [nats]."""
+    what it goes with, where that is known; what it would gain to explain it [nats]; form: no more
+    of it goes with the motion than errors in the form of what was accepted there may leave."""
 
     size: float
     whole: float
     what: str = ""
     gain: float = np.inf
+    form: bool = True
 
 
 def nameless(
@@ -54,16 +56,29 @@ def nameless(
             # on other axes base parameters alone move with what was accepted elsewhere
             whole = float(np.hypot(selection.explained[axis] if own and after[axis] else 0.0, size))
             worth = max(left.gain, beside.gain if goes else 0.0)
-            functions[axis] = Nameless(size, whole, what, worth)
+            error = selection.explained[axis] * _inexact(own, criteria)
+            form = not goes or min(size, beside.size) <= error
+            functions[axis] = Nameless(size, whole, what, worth, form)
     for axis, each in enumerate(selection.imitated):
         if each.instead is None or not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
-        scores = [a.score for a in selection.effects if a.score.hypothesis.axis == axis]
+        own = [a for a in selection.effects if a.score.hypothesis.axis == axis]
+        scores = [a.score for a in own]
         share = _part([scores[k] for k in each.places], scores)
         size, whole = np.hypot(np.array([share, 1.0]) * selection.explained[axis], rest[axis].size)
-        functions[axis] = Nameless(float(size), float(whole), each.instead.hypothesis.id)
+        form = size <= selection.explained[axis] * _inexact(own, criteria)
+        functions[axis] = Nameless(
+            float(size), float(whole), each.instead.hypothesis.id, form=bool(form)
+        )
     return functions
+
+
+def _inexact(accepted: Sequence[Accepted], criteria: Criteria) -> float:
+    """Error of the form of some effects together, relative to their torque."""
+    scores = [a.score for a in accepted]
+    errors = [form_error(score, criteria) * _part([score], scores) for score in scores]
+    return float(np.linalg.norm(errors))
 
 
 def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> list[float]:

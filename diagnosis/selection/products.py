@@ -18,33 +18,38 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class Products:
     """Of each fold, of whitened columns with a model's (folds, m, shapes * k), with the torque
-    (folds, shapes * k) and with each other (folds, shapes, k, k)."""
+    (folds, shapes * k) and with each other (folds, shapes, k, k), within and between passes."""
 
     folds: Sequence[int]
     cross: Array
     right: Array
     own: Array
+    between: Array
 
-    def without(self, left: Left) -> tuple[Array, Array, Array]:
+    def without(self, left: Left) -> tuple[Array, ...]:
         """Sums of all folds but one."""
         if left is None:
             return self.whole
         fold = self.folds.index(left)
-        cross, right, own = self.whole
-        return cross - self.cross[fold], right - self.right[fold], own - self.own[fold]
+        return tuple(all_ - each[fold] for all_, each in zip(self.whole, self._each, strict=True))
 
     @cached_property
-    def whole(self) -> tuple[Array, Array, Array]:
+    def whole(self) -> tuple[Array, ...]:
         """Sums of all folds."""
-        return self.cross.sum(axis=0), self.right.sum(axis=0), self.own.sum(axis=0)
+        return tuple(each.sum(axis=0) for each in self._each)
+
+    @property
+    def _each(self) -> tuple[Array, ...]:
+        return self.cross, self.right, self.own, self.between
 
 
 @dataclass(eq=False)
 class ShapeProducts:
     """Products of the columns of one shape that are known already: with the base model's columns,
-    with the torque, with each other, of each fold; with those of each term (folds, k', k)."""
+    with the torque, with each other within and between passes, of each fold; with those of each
+    term (folds, k', k)."""
 
-    base: tuple[Array, Array, Array] | None = None
+    base: tuple[Array, ...] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
 
     def forget(self) -> None:

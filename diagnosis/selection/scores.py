@@ -17,6 +17,7 @@ from flexhex.diagnosis.selection.evidence import (
     log_evidence,
     mean_of,
     tried,
+    common,
     turned_to,
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -214,9 +215,10 @@ def generic_score(
         evidence, fit = list[float](), moments.fit(left)
         beside = {within: _left_of(fit, *own.without(left)) for within, own in products.items()}
         for kind in listed:
-            at, (moved, S, r) = kind.place, beside[kind.within]
+            at, (moved, r, *S) = kind.place, beside[kind.within]
             for way in kind.ways:
-                values, turned, vectors = turned_to(way.T @ S[at, at] @ way, way.T @ r[at])
+                own, between = (way.T @ each[at, at] @ way for each in S)
+                values, turned, vectors = turned_to(common(own, between), way.T @ r[at])
                 evidence += [float(log_evidence(values, turned, prior)) for prior in priors]
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
@@ -230,8 +232,11 @@ def generic_score(
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
-def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:
+def _left_of(
+    fit: Solved, cross: Array, right: Array, own: Array, between: Array
+) -> tuple[Array, ...]:
     """What the coefficients of a fit (m, k) do for columns, and what it leaves of their products
-    with each other (k, k) and with the torque (k,)."""
+    with the torque (k,) and with each other (k, k), within and between passes."""
     moved = fit.solve(cross)
-    return moved, own[0] - cross.T @ moved, right - cross.T @ fit.q
+    taken = cross.T @ moved
+    return moved, right - cross.T @ fit.q, own[0] - taken, between[0] - taken

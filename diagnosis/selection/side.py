@@ -109,7 +109,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         else:
             break
     # what was left beside effects that have no name now is all of it; of poor axes that is said
-    bare = {r.axis - 1 for r in rests if r.form} - {
+    bare = {r.axis - 1 for r in rests if r.beside} - {
         a.score.hypothesis.axis for a in kept if a.named
     }
     anew = {axis: remains[axis] for axis in bare if axis not in poor}
@@ -164,21 +164,22 @@ def _rests(
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         pairs = zip(own, tolerated(own, selection.explained[axis], criteria), strict=True)
         small = [a for a, most in pairs if left.size > most]
-        form = len(small) < len(own)
+        beside = len(small) < len(own)
         small = [a for a in small if selection.imitates(a)]
-        if not form:
+        if not beside:
             kept = [replace(a, named=False) if a in own else a for a in kept]
         elif small:
             # they stay in the fit, where the others would stand in for them
             kept = [replace(a, named=False) if a in small else a for a in kept]
         # what has no name here has no part in what is explained
-        share = left.size if form else left.whole
+        share = left.size if beside else left.whole
         size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
-        rest = Rest(axis + 1, size, unit, share, left.what, form, repeats=model.noise.repeats)
+        told = unit, share, left.what, beside, beside and left.form
+        rest = Rest(axis + 1, size, *told, repeats=model.noise.repeats)
         gone = [a for a in lost if a.score.hypothesis.axis == axis]
-        unnamed = [] if form else own or gone
-        beside = left.size if own else selection.rest[axis].size
-        share = 1 - min(beside / left.whole, 1.0) ** 2 if unnamed else 0.0
+        unnamed = [] if beside else own or gone
+        least = left.size if own else selection.rest[axis].size
+        share = 1 - min(least / left.whole, 1.0) ** 2 if unnamed else 0.0
         if share > LITTLE:
             rest = replace(
                 rest,

@@ -44,15 +44,22 @@ class Solved:
 def factor_of(G: Array, prior: Array) -> tuple[Array, Array, bool]:
     """Factor and sizes of G + prior, and whether it is sure; directions that nothing determines
     stay where they are."""
-    own = np.abs(np.diag(G) + prior)
+    own = np.maximum(np.abs(np.diag(G)), prior)
     size = np.sqrt(np.where(own > 0, own, 1.0))
-    scaled = (G + np.diag(prior)) / np.outer(size, size)
-    scaled[np.diag_indices_from(scaled)] += FIRM
-    try:
-        factor, _ = cho_factor(scaled)
-        return factor, size, True
-    except LinAlgError:
-        # products between passes of what hardly repeats may be negative
+    known, scaled = np.diag(prior / size**2 + FIRM), G / np.outer(size, size)
+    sure = _factor(scaled + known) is not None
+    if _factor(scaled + FIRM * np.eye(len(G))) is None:
+        # products between passes of what hardly repeats may be negative: nothing repeats then
         values, vectors = np.linalg.eigh(scaled)
-        factor, _ = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
-        return factor, size, False
+        scaled = (vectors * np.maximum(values, 0.0)) @ vectors.T
+        known += 0.0 if sure else UNSURE * np.eye(len(G))
+    factor = _factor(scaled + known)
+    assert factor is not None
+    return factor, size, sure
+
+
+def _factor(square: Array) -> Array | None:
+    try:
+        return np.asarray(cho_factor(square)[0])
+    except LinAlgError:
+        return None

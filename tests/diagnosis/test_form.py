@@ -102,19 +102,26 @@ def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path
     assert names(exact) != ["coulomb_friction"] or nameless(exact, USUAL)
 
 
-def test_what_an_inexact_form_leaves_is_reported(tmp_path: Path) -> None:
-    """And `--json` can tell it, which knows no numbers of NumPy."""
+@pytest.mark.parametrize(("varies", "form"), [(0.15, True), (0.5, False)])
+def test_what_an_inexact_form_leaves_is_reported(
+    varies: float, form: bool, tmp_path: Path
+) -> None:
+    """More than an error of form is something beside it. `--json` can tell both, which knows no
+    numbers of NumPy."""
     side = found(
         bench_of(
-            tmp_path, lambda q, v, a: FRICTION * np.tanh(v / 0.01) * (1 + 0.5 * np.sin(6 * q))
+            tmp_path, lambda q, v, a: FRICTION * np.tanh(v / 0.01) * (1 + varies * np.sin(6 * q))
         ),
         (),
         lambda text: None,
     ).side
     assert [named.id for named in side.named] == ["coulomb_friction"]
     (rest,) = side.rests
-    assert json.loads(json.dumps(rest.data()))["form"] is True
-    assert "its form is not exact" in rest.sentence()
+    told = json.loads(json.dumps(rest.data()))
+    assert (told["beside"], told["form"]) == (True, form)
+    assert "beside what was found" in rest.sentence()
+    assert ("its form is not exact" in rest.sentence()) == form
+    assert ("it goes with" in rest.sentence()) != form
 
 
 def test_second_effect_that_is_no_imitation_of_the_rest_is_named(tmp_path: Path) -> None:
@@ -143,7 +150,7 @@ def test_friction_with_another_one_at_places_is_friction(
 
     side = found(bench_of(tmp_path, torque), (), lambda text: None).side
     assert [named.id for named in side.named] == ["coulomb_friction"]
-    assert [rest.form for rest in side.rests] == [True]
+    assert [(rest.beside, rest.form) for rest in side.rests] == [(True, False)]
     low, high = side.named[0].parameters["F_c"].ci95
     assert low < FRICTION < high
 

@@ -51,7 +51,7 @@ def test_what_imitates_a_bump_beside_friction_is_not_named(
     assert names(select(bench)) == ["coulomb_friction", name]
     side = found(bench, (), lambda text: None).side
     assert [effect.id for effect in side.named] == ["coulomb_friction"]
-    assert [(rest.axis, rest.what, rest.form) for rest in side.rests] == [(1, "angle", True)]
+    assert [(rest.axis, rest.what, rest.form) for rest in side.rests] == [(1, "angle", False)]
 
 
 @several

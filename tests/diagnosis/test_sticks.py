@@ -35,13 +35,15 @@ def turning(amplitude: float, pace: float, hold: float) -> tuple[Array, Array, A
     return amplitude * theta, amplitude * rate * moves, amplitude * faster * moves, dry
 
 
-def write(path: Path, motion: int, number: int) -> Path:
+def write(
+    path: Path, motion: int, number: int, hold: float = HOLD, step: float = STEP
+) -> Path:
     """A run of one of three sines in the tool's format."""
     rng = np.random.default_rng([motion, number])
-    theta, rate, faster, dry = turning(0.5 + 0.2 * motion, 4.0 + 1.3 * motion, HOLD)
+    theta, rate, faster, dry = turning(0.5 + 0.2 * motion, 4.0 + 1.3 * motion, hold)
     tau = J * faster + WEIGHT * np.sin(theta) + FRICTION * dry + 0.05 * rate
     tau += NOISE * rng.standard_normal(len(tau))
-    rows = np.column_stack([np.arange(len(tau)) * TS, STEP * np.round(theta / STEP), tau])
+    rows = np.column_stack([np.arange(len(tau)) * TS, step * np.round(theta / step), tau])
     head = f"# trajectory: {motion}\n# pass: {number}\ntime,theta[1],tau_meas[1]\ns,rad,N m"
     np.savetxt(path, rows, "%.8f", ",", header=head, comments="")
     return path
@@ -65,3 +67,17 @@ def test_what_friction_holds_at_a_reversal_is_no_error_of_its_form(tmp_path: Pat
     assert found.residual.held_out["after"][0] < 2 * NOISE
     (force,) = (v for e in found.effects for k, v in e.parameters.items() if k.startswith("F_c"))
     assert force.value == pytest.approx(FRICTION, rel=0.02)
+
+
+def test_friction_turns_in_the_middle_of_a_short_stick(tmp_path: Path) -> None:
+    """Of a few samples, in which the angle shows one step of the encoder: it is as large as it is,
+    and no delay."""
+    listed = [(k, n) for k in (1, 2, 3) for n in (1, 2)]
+    paths = [write(tmp_path / f"{k}_{n}.csv", k, n, 0.01, 2.5e-5) for k, n in listed]
+    found = diagnose(paths[:4], paths[4:], options=Options("axis"))
+    assert [(e.id, e.axes) for e in found.effects] == [("coulomb_friction", (1,))]
+    low, high = found.effects[0].parameters["F_c"].ci95
+    assert low < FRICTION < high
+    assert found.effects[0].parameters["F_c"].value == pytest.approx(FRICTION, rel=0.005)
+    assert not [text for text in found.findings if "angles by" in text]
+    assert not found.remains
