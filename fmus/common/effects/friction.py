@@ -23,7 +23,7 @@ from flexhex.fmus.common.effects.effect import (
 PRESLIDING = Shape(
     "s_0",
     "rad",
-    low=1e-7,
+    low=1e-6,
     high=6e-3,
     start=1e-3,
     grid=(1e-4, 4e-4, 1e-3, 2.5e-3, 5e-3),
