@@ -66,7 +66,7 @@ ELSEWHERE = (
     ("selection.orders", "SHOWN"),
     ("selection.orders", "OVERTONES"),
     ("selection.evidence", "INEXACT"),
-    ("selection.evidence", "STEADY"),
+    ("selection.products", "STEADY"),
     ("selection.feedback", "BANDS"),
     ("selection.form", "PLACES"),
     ("selection.refine", "GOOD"),

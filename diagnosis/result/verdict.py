@@ -76,10 +76,8 @@ class Rest:
             return f"{text}: its form is not exact"
         goes = f": it goes with {self.what}" if self.what else ""
         if self.fitted:
-            names, part = ", ".join(self.fitted), 100 * self.fitted_share
-            return (
-                f"{text}{goes}; {names} would explain {part:.0f} % of its mean square, {self.why}"
-            )
+            part = f"would explain {100 * self.fitted_share:.0f} % of its mean square"
+            return f"{text}{goes}; {', '.join(self.fitted)} {part}, {self.why}"
         if not self.repeats:
             return f"{text}, and nothing that is named explains it{goes}"
         return f"{text} and is explained by no effect of the library{goes}"

@@ -22,18 +22,13 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
-from flexhex.diagnosis.selection.products import Products
+from flexhex.diagnosis.selection.products import GONE, STEADY, Products, common
 
 Array = NDArray[np.float64]
 INEXACT, CHANCE = 0.1, 3.0
 """Share by which a gain may lie beyond what a machine can have, as forms are not exact, and what it
 may cost by chance [nats] to hold it at its bound, the odds of `Criteria`. Halved it changes none of
 four cases with eccentric encoders and friction, doubled one (unknown to named rightly)."""
-STEADY = 0.8
-"""Least share of what is left of a column's squares within passes that counts as common to them.
-With 0.5 and 0.9 three measured robots and a cubic spring of loose feedback end the same."""
-GONE = 1e-5
-"""Share of a column's square below which the base model explains all of it."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +92,9 @@ def _fitted(
     size = np.linalg.slogdet(A)[1] - np.log(prior).sum(axis=1)
     evidence[there] = (falls[there] - size) / 2
     fits = [Tried(*of) for of in zip(evidence, gains, odd, strict=True)]
-    for left, (_, right, own, _), fit, fall, good in zip(lefts, sums, fits, falls, there, strict=True):
+    for left, (_, right, own, _), fit, fall, good in zip(
+        lefts, sums, fits, falls, there, strict=True
+    ):
         # well beyond what is left no fall is one: products between passes have lost their sign
         beyond = fall - (1 + INEXACT) / STEADY * moments.most(left)
         fit.evidence[:] -= np.where(beyond > 0, np.inf if left is None else beyond / 2, 0.0)
@@ -122,22 +119,10 @@ def _beside(
     rest = (right - cross.T @ fit.q).reshape(-1, k)
     seen = alone > GONE * whole
     # what left-out rows alone show says nothing without them: the others of the shape still do
-    there = seen.all(axis=1) if left is None else seen.any(axis=1)
+    there = np.asarray(seen.all(axis=1) if left is None else seen.any(axis=1))
     S, rest = S * (seen[:, :, None] & seen[:, None, :]), rest * seen
     S[there] = common(S[there], between[there] - taken[there])
     return S, rest, there
-
-
-def common(within: Array, between: Array) -> Array:
-    """Products of columns (..., k, k) that passes have in common: those between them, but at least
-    `STEADY` of those within. Passes that moved otherwise differ in their columns; of a column that
-    is noise they have next to nothing in common, and any chance would be large beside that."""
-    size, ways = np.linalg.eigh(within)
-    size = np.sqrt(np.where(size > GONE * size[..., -1:], size, 0.0))
-    scaled = ways / np.where(size > 0, size, np.inf)[..., None, :]
-    values, vectors = np.linalg.eigh(scaled.swapaxes(-1, -2) @ between @ scaled)
-    turned = (ways * size[..., None, :]) @ vectors
-    return (turned * np.clip(values, STEADY, 1.0)[..., None, :]) @ turned.swapaxes(-1, -2)
 
 
 def _let_through(

@@ -107,15 +107,14 @@ class EffectHypothesis:
         return Products(moments.rows.folds, cross, right, own, between)
 
     def _with_base(self, rows: Rows) -> tuple[Array, ...]:
-        """With the base model's columns, with the torque, with each other within and between
-        passes, of all shapes."""
+        """With the base model, the torque, each other within and between passes, of all shapes."""
         if not self._base:
             new = [s for s, known in enumerate(self.known) if known.base is None]
             made = self._products(rows, new) if new else None
             parts = [known.base for known in self.known if known.base is not None]
             if made is None or len(new) < len(parts):
-                pairs = zip(zip(*parts, strict=True), (2, 1, 1, 1), strict=True)
-                made = tuple(np.concatenate(each, axis) for each, axis in pairs)
+                cross, *others = zip(*parts, strict=True)
+                made = np.concatenate(cross, 2), *(np.concatenate(each, 1) for each in others)
             self._base.append(made)
         return self._base[0]
 
@@ -129,14 +128,11 @@ class EffectHypothesis:
             for f, part in enumerate(rows.parts.values()):
                 cross[f] += rows.white_B.pulled(i, across[part], part)
                 right[f] += columns[part].T @ rows.twin_y[i][part]
-                single = columns.T[:, part].reshape(len(new), k, -1)
-                others = across.T[:, part].reshape(len(new), k, -1)
-                own[f] += single @ single.transpose(0, 2, 1)
-                between[f] += single @ others.transpose(0, 2, 1)
-        between = (between + between.swapaxes(-1, -2)) / 2
+                one, other = (v.T[:, part].reshape(len(new), k, -1) for v in (columns, across))
+                own[f] += one @ one.transpose(0, 2, 1)
+                between[f] += one @ other.transpose(0, 2, 1)
         for at, j, s in placed(new, self.width):
-            one = slice(j, j + 1)
-            self.known[s].base = cross[:, :, at], right[:, at], own[:, one], between[:, one]
+            self.known[s].base = cross[:, :, at], right[:, at], own[:, [j]], between[:, [j]]
         return cross, right, own, between
 
     @cached_property

@@ -17,7 +17,6 @@ from flexhex.diagnosis.selection.evidence import (
     log_evidence,
     mean_of,
     tried,
-    common,
     turned_to,
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -28,6 +27,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     Hypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
+from flexhex.diagnosis.selection.products import common
 from flexhex.diagnosis.selection.refine import ended, refined
 from flexhex.diagnosis.selection.solved import Solved
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis

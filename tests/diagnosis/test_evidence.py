@@ -28,7 +28,11 @@ def rows_of(
     """Rows of one axis with noise of one and a torque of RMS two; twin: which row of another pass
     is the same instant, where trajectories were run twice."""
     model: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
-    alone, moves, design = csr_array(np.eye(len(y))[list(twin) or slice(None)]), (np.ones(len(y), dtype=bool),), Design.of([B])
+    alone, moves, design = (
+        csr_array(np.eye(len(y))[list(twin) or slice(None)]),
+        (np.ones(len(y), dtype=bool),),
+        Design.of([B]),
+    )
     firm, torque = np.zeros((len(prior), len(prior))), np.array([2.0])
     return Rows(
         model,
@@ -125,7 +129,7 @@ def test_gain_is_that_of_what_passes_have_in_common(noise: float) -> None:
 def test_column_of_noise_is_worth_no_more_than_chance() -> None:
     """Passes have a thousandth of its squares in common."""
     rng = np.random.default_rng(12)
-    effect, moments = _passes(0.0)
+    _, moments = _passes(0.0)
     evidence = [
         tried(moments, effect_of(rng.normal(size=(1200, 1))))[None].evidence[0] for _ in range(40)
     ]
@@ -145,7 +149,9 @@ def test_no_column_takes_more_than_is_left() -> None:
     assert tried(moments, effect)[None].evidence[0] > 100
     # a curvature of next to nothing, as rounding leaves it
     products = effect.beside(moments)
-    tiny = replace(products, **{k: 1e-9 * getattr(products, k) for k in ("own", "between", "cross")})
+    tiny = replace(
+        products, **{k: 1e-9 * getattr(products, k) for k in ("own", "between", "cross")}
+    )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(EffectHypothesis, "beside", lambda *_: tiny)
         assert tried(moments, effect)[None].evidence[0] == -np.inf

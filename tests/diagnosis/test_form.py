@@ -103,9 +103,7 @@ def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path
 
 
 @pytest.mark.parametrize(("varies", "form"), [(0.2, True), (0.5, False)])
-def test_what_an_inexact_form_leaves_is_reported(
-    varies: float, form: bool, tmp_path: Path
-) -> None:
+def test_what_an_inexact_form_leaves_is_reported(varies: float, form: bool, tmp_path: Path) -> None:
     """More than an error of form is something beside it. `--json` can tell both, which knows no
     numbers of NumPy."""
     side = found(

@@ -35,9 +35,7 @@ def turning(amplitude: float, pace: float, hold: float) -> tuple[Array, Array, A
     return amplitude * theta, amplitude * rate * moves, amplitude * faster * moves, dry
 
 
-def write(
-    path: Path, motion: int, number: int, hold: float = HOLD, step: float = STEP
-) -> Path:
+def write(path: Path, motion: int, number: int, hold: float = HOLD, step: float = STEP) -> Path:
     """A run of one of three sines in the tool's format."""
     rng = np.random.default_rng([motion, number])
     theta, rate, faster, dry = turning(0.5 + 0.2 * motion, 4.0 + 1.3 * motion, hold)
