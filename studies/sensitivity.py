@@ -66,7 +66,6 @@ ELSEWHERE = (
     ("selection.orders", "SHOWN"),
     ("selection.orders", "OVERTONES"),
     ("selection.evidence", "INEXACT"),
-    ("selection.products", "STEADY"),
     ("selection.feedback", "BANDS"),
     ("selection.form", "PLACES"),
     ("selection.refine", "GOOD"),

@@ -81,7 +81,8 @@ def read_header(file: BinaryIO, where: str) -> Header:
             elif not units or any(f.lower().startswith("unit:") for f in fields):
                 units = [_after(f, "unit:") for f in fields]
     if not names:
-        raise LogError(f"{where}: no row of names: its first row wants time,theta[1], ...")
+        what = "no row of names" if file.tell() else "an empty file"
+        raise LogError(f"{where}: {what}: its first row wants time,theta[1], ...")
     return _timetable(Header(names, units, meta, separator or ",", start), fields, where)
 
 

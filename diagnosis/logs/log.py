@@ -77,8 +77,8 @@ class Finding:
     kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "cycles", "delay",
     "drift", "duplicate", "extra", "gap", "held", "jitter", "jump", "memory", "metadata", "missing",
     "names", "nan", "no-repeat", "passes", "range", "rate", "rates", "reset", "short", "sign",
-    "spike", "swapped", "units". where: file and channel. corrected: whether the log is as good as
-    if it had not been there.
+    "spike", "swapped", "units", "wrapped". where: file and channel. corrected: whether the log is
+    as good as if it had not been there.
     """
 
     kind: str

@@ -27,7 +27,8 @@ from flexhex.diagnosis.logs.units import (
     kind_of,
     torque_constant,
 )
-from flexhex.diagnosis.logs.values import NEEDED, clipped, filled, judged, jumps, spikes
+from flexhex.diagnosis.logs.values import NEEDED, clipped, filled, judged, spikes
+from flexhex.diagnosis.logs.wrapped import of_angles
 from flexhex.fmus.common.errors import LogError, unreadable
 
 READERS = {
@@ -152,14 +153,13 @@ def _channel(
         values *= scale * _constants(where, (name, base), values.shape[1], known, findings)
     elif (scale != 1.0).any():
         values *= scale
-        text = _converted(name, units, scale, kinds)
-        findings.append(Finding("units", where, text, True))
+        findings.append(Finding("units", where, _converted(name, units, scale, kinds), True))
     channel, more = filled(where, name, clock.channel(values))
     channel, held = fresh(where, name, channel)
     findings += [*more, *held]
     torque = name in TORQUES or any(currents)
     called = "tau_meas" if any(currents) else name
-    for sound in (jumps,) if name == "theta" else (spikes, clipped) if torque else ():
+    for sound in of_angles(kinds) if name == "theta" else (spikes, clipped) if torque else ():
         channel, found = sound(where, called, channel)
         findings += found
     if more and more[0].kind == "nan" and "no numbers" in more[0].text:

@@ -1,8 +1,8 @@
 """Evidence for columns beside a model, for all shapes of an effect at once and free of rows.
 
 Everything is Gaussian once the shapes are given. With S, r the products of a hypothesis' whitened
-columns with each other and with the torque between passes, less what the model takes up of both
-(its Schur complement), and P the inverse variance of its gains,
+columns with each other and with the torque, less what the model takes up of both (its Schur
+complement), and P the inverse variance of its gains,
 
     log Z = r' (S + P)^-1 r / 2 - log |S + P| / 2 + log |P| / 2
 
@@ -22,13 +22,15 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
-from flexhex.diagnosis.selection.products import GONE, STEADY, Products, common
+from flexhex.diagnosis.selection.products import Products
 
 Array = NDArray[np.float64]
 INEXACT, CHANCE = 0.1, 3.0
 """Share by which a gain may lie beyond what a machine can have, as forms are not exact, and what it
 may cost by chance [nats] to hold it at its bound, the odds of `Criteria`. Halved it changes none of
 four cases with eccentric encoders and friction, doubled one (unknown to named rightly)."""
+GONE = 1e-5
+"""Share of a column's square below which the base model explains all of it."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +94,9 @@ def _fitted(
     size = np.linalg.slogdet(A)[1] - np.log(prior).sum(axis=1)
     evidence[there] = (falls[there] - size) / 2
     fits = [Tried(*of) for of in zip(evidence, gains, odd, strict=True)]
-    for left, (_, right, own, _), fit, fall, good in zip(
-        lefts, sums, fits, falls, there, strict=True
-    ):
+    for left, (_, right, own), fit, fall, good in zip(lefts, sums, fits, falls, there, strict=True):
         # well beyond what is left no fall is one: products between passes have lost their sign
-        beyond = fall - (1 + INEXACT) / STEADY * moments.most(left)
+        beyond = fall - (1 + INEXACT) * moments.most(left)
         fit.evidence[:] -= np.where(beyond > 0, np.inf if left is None else beyond / 2, 0.0)
         if effect.taken is not None and effect.axis is not None:
             lost = _let_through(moments, left, effect.axis, fit, own, right, fall)
@@ -106,22 +106,20 @@ def _fitted(
 
 
 def _beside(
-    moments: Moments, left: Left, k: int, cross: Array, right: Array, own: Array, between: Array
+    moments: Moments, left: Left, k: int, cross: Array, right: Array, own: Array
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """What the fit to all folds but one leaves of the products of shapes of k columns, with each
     other (shapes, k, k) and with the torque (shapes, k), and where it leaves any (shapes,); of all
     folds, any of each column."""
     fit = moments.fit(left)
     half = fit.half(cross).reshape(moments.m, -1, k).transpose(1, 2, 0)
-    taken = half @ half.transpose(0, 2, 1)
-    S = own - taken
+    S = own - half @ half.transpose(0, 2, 1)
     whole, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (own, S))
     rest = (right - cross.T @ fit.q).reshape(-1, k)
     seen = alone > GONE * whole
     # what left-out rows alone show says nothing without them: the others of the shape still do
     there = np.asarray(seen.all(axis=1) if left is None else seen.any(axis=1))
     S, rest = S * (seen[:, :, None] & seen[:, None, :]), rest * seen
-    S[there] = common(S[there], between[there] - taken[there])
     return S, rest, there
 
 

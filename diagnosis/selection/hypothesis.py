@@ -64,7 +64,7 @@ class EffectHypothesis:
     varied: bool = False
     ordered: tuple[tuple[int, int, float], ...] = ()
     known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
-    _base: list[tuple[Array, ...]] = field(default_factory=list, init=False)
+    _base: list[tuple[Array, Array, Array]] = field(default_factory=list, init=False)
 
     @property
     def width(self) -> int:
@@ -99,41 +99,41 @@ class EffectHypothesis:
         back to it beside many models."""
         common = [t for t in moments.terms if t.white.keys() & set(self.felt)]
         self._fill_beside(common, moments)
-        with_base, right, own, between = self._with_base(moments.rows)
+        with_base, right, own = self._with_base(moments.rows)
         cross = np.zeros((len(with_base), moments.m, with_base.shape[2]))
         cross[:, : moments.rows.nb] = with_base
         for term in common:
             cross[:, moments.place(term)] = self._with[term]
-        return Products(moments.rows.folds, cross, right, own, between)
+        return Products(moments.rows.folds, cross, right, own)
 
-    def _with_base(self, rows: Rows) -> tuple[Array, ...]:
-        """With the base model, the torque, each other within and between passes, of all shapes."""
+    def _with_base(self, rows: Rows) -> tuple[Array, Array, Array]:
+        """With the base model's columns, with the torque, with each other, of all shapes."""
         if not self._base:
             new = [s for s, known in enumerate(self.known) if known.base is None]
             made = self._products(rows, new) if new else None
             parts = [known.base for known in self.known if known.base is not None]
             if made is None or len(new) < len(parts):
-                cross, *others = zip(*parts, strict=True)
-                made = np.concatenate(cross, 2), *(np.concatenate(each, 1) for each in others)
+                cross, right, own = zip(*parts, strict=True)
+                made = np.concatenate(cross, 2), np.concatenate(right, 1), np.concatenate(own, 1)
             self._base.append(made)
         return self._base[0]
 
-    def _products(self, rows: Rows, new: Sequence[int]) -> tuple[Array, ...]:
-        """Of some shapes, which know their part from then on."""
+    def _products(self, rows: Rows, new: Sequence[int]) -> tuple[Array, Array, Array]:
+        """Of some shapes, which know their part from then on. Products of columns with each other
+        are not between passes: noise in a column must not make it seem small."""
         folds, k, size = len(rows.folds), self.width, len(new) * self.width
         cross, right = np.zeros((folds, rows.nb, size)), np.zeros((folds, size))
-        own, between = np.zeros((2, folds, len(new), k, k))
+        own = np.zeros((folds, len(new), k, k))
         for i, columns in self._white(new).items():
             across = rows.across(columns)
             for f, part in enumerate(rows.parts.values()):
                 cross[f] += rows.white_B.pulled(i, across[part], part)
                 right[f] += columns[part].T @ rows.twin_y[i][part]
-                one, other = (v.T[:, part].reshape(len(new), k, -1) for v in (columns, across))
-                own[f] += one @ one.transpose(0, 2, 1)
-                between[f] += one @ other.transpose(0, 2, 1)
+                single = columns.T[:, part].reshape(len(new), k, -1)
+                own[f] += single @ single.transpose(0, 2, 1)
         for at, j, s in placed(new, self.width):
-            self.known[s].base = cross[:, :, at], right[:, at], own[:, [j]], between[:, [j]]
-        return cross, right, own, between
+            self.known[s].base = cross[:, :, at], right[:, at], own[:, j : j + 1]
+        return cross, right, own
 
     @cached_property
     def _with(self) -> WeakKeyDictionary[Term, Array]:

@@ -27,7 +27,6 @@ from flexhex.diagnosis.selection.hypothesis import (
     Hypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
-from flexhex.diagnosis.selection.products import common
 from flexhex.diagnosis.selection.refine import ended, refined
 from flexhex.diagnosis.selection.solved import Solved
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
@@ -215,10 +214,9 @@ def generic_score(
         evidence, fit = list[float](), moments.fit(left)
         beside = {within: _left_of(fit, *own.without(left)) for within, own in products.items()}
         for kind in listed:
-            at, (moved, r, *S) = kind.place, beside[kind.within]
+            at, (moved, S, r) = kind.place, beside[kind.within]
             for way in kind.ways:
-                own, between = (way.T @ each[at, at] @ way for each in S)
-                values, turned, vectors = turned_to(common(own, between), way.T @ r[at])
+                values, turned, vectors = turned_to(way.T @ S[at, at] @ way, way.T @ r[at])
                 evidence += [float(log_evidence(values, turned, prior)) for prior in priors]
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
@@ -232,11 +230,8 @@ def generic_score(
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
-def _left_of(
-    fit: Solved, cross: Array, right: Array, own: Array, between: Array
-) -> tuple[Array, ...]:
+def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:
     """What the coefficients of a fit (m, k) do for columns, and what it leaves of their products
-    with the torque (k,) and with each other (k, k), within and between passes."""
+    with each other (k, k) and with the torque (k,)."""
     moved = fit.solve(cross)
-    taken = cross.T @ moved
-    return moved, right - cross.T @ fit.q, own[0] - taken, between[0] - taken
+    return moved, own[0] - cross.T @ moved, right - cross.T @ fit.q

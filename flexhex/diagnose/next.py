@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby, takewhile
 from pathlib import Path
 
-from flexhex.diagnose.numbers import listed
+from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
@@ -123,8 +123,10 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     elif something and _known(diagnosis) and invocation.base != "hexapod":
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
-    if any(change.runs for change in diagnosis.changed):
-        steps.append(("Write the payload into the heads of its runs: `payload: 0.5 kg`.", ""))
+    loads = [c.estimate for c in diagnosis.changed if c.runs]
+    if mass := next((load for load in loads if load.unit == "kg"), None):
+        text = f"Write the payload into the heads of its runs: `payload: {number(mass.value)} kg`."
+        steps.append((text, ""))
     if something and not diagnosis.held_out:
         text = "Validate it on held-out runs of another trajectory:"
         steps.append((text, invocation.again("--held-out", "OTHER_RUN")))

@@ -106,7 +106,7 @@ def test_isolability_of_one_axis_ends_with_a_table_and_a_page(user: User) -> Non
 
 
 FILES: dict[str, tuple[Callable[[User], Path], str]] = {
-    "empty": (lambda u: u.file("a.csv", [], []), "no row of names"),
+    "empty": (lambda u: u.file("a.csv", [], []), "an empty file"),
     "header alone": (lambda u: u.file("a.csv", []), "no samples"),
     "one row": (lambda u: u.file("a.csv", u.rows()[:1]), "1 samples are too few"),
     "twenty rows": (lambda u: u.file("a.csv", u.rows()[:20]), "at least 0.312 s are needed"),

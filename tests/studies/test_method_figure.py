@@ -22,4 +22,4 @@ def test_bars_are_as_long_as_the_gains() -> None:
     assert [r.get("fill") for r in bars] == ["#1f4e8c", "url(#like)", "#d0d4da"]
     said = [str(t.text) for t in root.findall(f"{name}text")]
     assert "coulomb_friction, axis 4" in said
-    assert "100 nats, 1.00%" in said
+    assert "100 nats, 1.00 %" in said

@@ -20,6 +20,21 @@ def test_jump_of_an_angle_is_not_valid(tmp_path: Path) -> None:
     assert "jumps" in finding(log, "jump").text
 
 
+def test_angles_within_a_turn_go_on(tmp_path: Path) -> None:
+    """A drive reports them from -pi to pi, or from 0 to 360 degrees; an axis that goes beyond
+    jumps there and back."""
+    run = motion()
+    whole = run["theta"] + [0.0, *[np.pi] * (run["theta"].shape[1] - 1)]
+    run["theta"] = (whole + np.pi) % (2 * np.pi) - np.pi
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    assert "theta[2] jumps by a whole turn" in finding(log, "wrapped").text
+    assert not [found for found in log.findings if found.kind == "jump"]
+    assert log["theta"].valid.all()
+    np.testing.assert_allclose(
+        np.diff(log["theta"].values, axis=0), np.diff(whole, axis=0), atol=1e-8
+    )
+
+
 def test_readings_that_froze_are_not_valid(tmp_path: Path) -> None:
     """They stand still to the last digit, and then jump to where the axis is; rest does not."""
     run = motion()
