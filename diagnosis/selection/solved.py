@@ -47,13 +47,13 @@ def factor_of(G: Array, prior: Array) -> tuple[Array, Array, bool]:
     own = np.maximum(np.abs(np.diag(G)), prior)
     size = np.sqrt(np.where(own > 0, own, 1.0))
     known, scaled = np.diag(prior / size**2 + FIRM), G / np.outer(size, size)
-    sure = _factor(scaled + known) is not None
+    factor = _factor(scaled + known)
+    sure = factor is not None
     if _factor(scaled + FIRM * np.eye(len(G))) is None:
         # products between passes of what hardly repeats may be negative: nothing repeats then
         values, vectors = np.linalg.eigh(scaled)
         scaled = (vectors * np.maximum(values, 0.0)) @ vectors.T
-        known += 0.0 if sure else UNSURE * np.eye(len(G))
-    factor = _factor(scaled + known)
+        factor = _factor(scaled + known + (0.0 if sure else UNSURE) * np.eye(len(G)))
     assert factor is not None
     return factor, size, sure
 

@@ -115,6 +115,37 @@ def test_no_column_takes_more_than_is_left() -> None:
         assert tried(moments, effect)[None].evidence[0] == -np.inf
 
 
+def test_column_that_left_out_rows_alone_show_counts_as_none_without_them() -> None:
+    """The other one of the shape still says what it says alone."""
+    rng = np.random.default_rng(13)
+    B, C, fold = rng.normal(size=(240, 1)), rng.normal(size=(240, 2)), np.arange(240) // 80
+    C[fold != 1, 1] = 0.0
+    y = B[:, 0] + C @ [2.0, 1.0] + rng.normal(size=240)
+    moments = Moments(rows_of(y, B, np.ones(1), fold))
+    both, one = (tried(moments, effect_of(columns)) for columns in (C, C[:, :1]))
+    assert both[None].evidence[0] > one[None].evidence[0] + 10
+    assert both[1].evidence[0] == pytest.approx(one[1].evidence[0], rel=1e-6)
+    assert both[1].gains[0].tolist() == [pytest.approx(one[1].gains[0, 0]), 0.0]
+
+
+def test_fall_beyond_what_a_fold_leaves_counts_as_that_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of all rows it is no evidence at all; without some it would make these seem to say more."""
+    rng = np.random.default_rng(14)
+    B, C, fold = rng.normal(size=(240, 1)), rng.normal(size=(240, 1)), np.arange(240) // 80
+    y = B[:, 0] + 3.0 * C[:, 0] + rng.normal(size=240)
+    moments, effect = Moments(rows_of(y, B, np.ones(1), fold)), effect_of(C)
+    usual = tried(moments, effect)
+    most = {None: moments.most(None), 0: 100.0, 1: moments.most(1), 2: moments.most(2)}
+    monkeypatch.setattr(Moments, "most", lambda self, left: most[left])
+    fits = tried(moments, effect)
+    assert 40.0 < fits[0].evidence[0] < 55.0 < usual[0].evidence[0]
+    assert [fits[k].evidence[0] for k in (None, 1, 2)] == [
+        usual[k].evidence[0] for k in (None, 1, 2)
+    ]
+
+
 def test_column_takes_the_place_of_a_parameter_that_is_far_off() -> None:
     """It leaves less, and the parameter is where it is known to be."""
     rng = np.random.default_rng(8)
