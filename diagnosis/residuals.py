@@ -95,10 +95,10 @@ def resting(residual: Residual) -> list[str]:
         return []
     one, several = len(axes) == 1, ", ".join(str(i + 1) for i in axes)
     ends = dict.fromkeys(f"{end(residual.resting[axes]):.0%}" for end in (np.min, np.max))
-    shares = " to ".join(ends)
+    shares, runs = " to ".join(ends), "held-out runs" if residual.held_out else "time"
     return [
         f"{'axis' if one else 'axes'} {several} {'rests' if one else 'rest'} for {shares} of the"
-        " time: these samples are left out, as dry friction carries any torque at rest"
+        f" {runs}: these samples are left out, as dry friction carries any torque at rest"
     ]
 
 
