@@ -12,11 +12,13 @@ from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 
 MASSES = ("kg", "kg m", "kg m2")
 """Units of what a body's mass scales."""
+FRAMES = ("m", "rad")
+"""Units of errors of the geometry."""
 
 
 def others(model: Calibrated) -> Sequence[ChangedParameter]:
-    """Base parameters that have a tolerance, all of a body or of a group together, the mass of a
-    body with its moments, and all of them."""
+    """Base parameters that have a tolerance, all of a body, of its geometry or of a group together,
+    the mass of a body with its moments, and all of them."""
     single, bodies = list[ChangedParameter](), dict[str, list[int]]()
     for place, known in enumerate(model.known):
         if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
@@ -26,7 +28,8 @@ def others(model: Calibrated) -> Sequence[ChangedParameter]:
                 bodies.setdefault(owner, []).append(place)
             if known.group not in (known.name, owner):
                 bodies.setdefault(known.group, []).append(place)
-    whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
+    parts = _apart(bodies, [known.unit in FRAMES for known in model.known])
+    whole = [ChangedParameter(name, tuple(p), None) for name, p in parts if len(p) > 1]
     heavy = list(_heavier(model, bodies))
     # a mass that is another one has moments: alone it would be a point at the joint, which only
     # what carries payloads may have
@@ -36,6 +39,18 @@ def others(model: Calibrated) -> Sequence[ChangedParameter]:
     masses -= {*model.base.payload}
     alone = [one for one in single if not masses & {*one.places}]
     return [*alone, *whole, *heavy, *_wrong_file(model, single)]
+
+
+def _apart(
+    bodies: Mapping[str, Sequence[int]], frame: Sequence[bool]
+) -> Iterator[tuple[str, Sequence[int]]]:
+    """A body and its geometry by themselves: what changes one leaves the other, and together they
+    would say the same twice (a centre of mass farther out, and a joint nearer)."""
+    for name, places in bodies.items():
+        own, placed = ([p for p in places if frame[p] == kind] for kind in (False, True))
+        yield name, own or placed
+        if own and placed:
+            yield f"{name} (geometry)", placed
 
 
 def _wrong_file(model: Calibrated, single: Sequence[ChangedParameter]) -> Iterator[WrongFile]:

@@ -26,3 +26,16 @@ def test_mass_of_a_link_changes_with_its_moments() -> None:
     assert (0,) not in alone
     assert {(1,), (2,), (3,), (4,), (5,)} <= {*alone}
     assert (0, 1) in [one.places for one in listed if isinstance(one, HeavierBody)]
+
+
+def test_body_and_its_geometry_change_by_themselves() -> None:
+    """A joint that sits elsewhere is no other mass; what has no mass is a group as before."""
+    units = {"m": "kg", "mc_x": "kg m", "x": "m", "yaw": "rad"}
+    known = [Known(f"link.{name}", unit, 1.0, 0.1, f"link.{name}") for name, unit in units.items()]
+    known += [Known(f"gravity.{axis}", "rad", 0.0, 0.1, f"gravity.{axis}") for axis in "xy"]
+    base = SimpleNamespace(linear=known, payload=())
+    model: Any = SimpleNamespace(known=known, scale=np.full(6, 0.1), base=base, off=1.0)
+    places = {one.id: one.places for one in others(model) if type(one) is ChangedParameter}
+    assert places["link"] == (0, 1)
+    assert places["link (geometry)"] == (2, 3)
+    assert places["gravity"] == (4, 5)
