@@ -25,15 +25,13 @@ impl<L: Link> ControlLoop<'_, L> {
             self.end(Ending::StopRequested, Reason::Stopped);
             return false;
         }
-        if !reply.answered {
-            if self.unanswered >= self.config.safety.lost_frame_limit {
-                self.refuse(Refusal::NoReplies);
-            }
+        let counter = reply.working_counter;
+        if let Some(trip) = self.safety.replies(reply.answered, counter, tries as i64) {
+            self.refuse(Refusal::Replies(trip));
             return false;
         }
-        let complete = reply.working_counter == self.bus.complete();
-        if !complete {
-            return self.waited_too_long(reply, tries);
+        if !reply.answered || counter != self.bus.complete() {
+            return false;
         }
         if !self.zeroed {
             self.zeroed = true;

@@ -4,12 +4,14 @@ use std::fmt;
 
 use crate::bus::cia402::State;
 use crate::config::AXES;
+use crate::rules::Trip;
 use crate::tasks::Failure;
 
 /// Axes are counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Refusal {
-    NoReplies,
+    /// Too many replies were lost or incomplete.
+    Replies(Trip),
     AlState {
         axis: usize,
         al: u8,
@@ -64,7 +66,7 @@ impl Refusal {
     /// Name in JSON.
     pub fn key(&self) -> &'static str {
         match self {
-            Refusal::NoReplies => "no_replies",
+            Refusal::Replies(trip) => trip.reason.key(),
             Refusal::AlState { .. } => "al_state",
             Refusal::DriveFault { .. } => "drive_fault",
             Refusal::Angle { .. } => "angle",
@@ -82,9 +84,9 @@ impl Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Refusal::NoReplies => f.write_str(
-                "the drives stopped replying while they were being enabled: check the cable",
-            ),
+            Refusal::Replies(trip) => {
+                write!(f, "while the drives were being enabled: {trip}: check cables and supplies")
+            }
             Refusal::AlState { axis, al } => {
                 write!(f, "axis {}: AL status {al:#04x} while enabling, expected OP", axis + 1)
             }

@@ -114,7 +114,7 @@ impl Safety {
         let blind = &self.rules.bounds.blind;
         let torques = self.monitors.judge(m, (&self.rules.config, blind), shown, &self.shares);
         let trip = self
-            .wire(m)
+            .replies(m.answered, m.working_counter, m.cycle)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
             .or_else(|| self.pose(m))
@@ -125,20 +125,20 @@ impl Safety {
         trip
     }
 
-    /// Cycles without a complete reply, in a row or too often.
-    fn wire(&mut self, m: &Measured) -> Option<Trip> {
+    /// Cycles without a complete reply, in a row or too often. Also judged before all drives are enabled.
+    pub fn replies(&mut self, answered: bool, working_counter: u16, cycle: i64) -> Option<Trip> {
         let s = &self.rules.config.safety;
-        if let Some(lost) = self.lost.note(!m.answered, s.lost_frame_limit) {
+        if let Some(lost) = self.lost.note(!answered, s.lost_frame_limit) {
             let (n, most) = (f64::from(lost), f64::from(s.lost_frame_limit));
-            return Some(Trip::of(Reason::LostFrames, None, n, most, m.cycle));
+            return Some(Trip::of(Reason::LostFrames, None, n, most, cycle));
         }
-        if !m.answered {
+        if !answered {
             return None;
         }
-        let short = m.working_counter != self.rules.expected;
+        let short = working_counter != self.rules.expected;
         if self.short.note(short, s.working_counter_limit).is_some() {
-            let (n, most) = (f64::from(m.working_counter), f64::from(self.rules.expected));
-            return Some(Trip::of(Reason::WorkingCounter, None, n, most, m.cycle));
+            let (n, most) = (f64::from(working_counter), f64::from(self.rules.expected));
+            return Some(Trip::of(Reason::WorkingCounter, None, n, most, cycle));
         }
         None
     }
