@@ -20,7 +20,7 @@ pub(super) fn profile(p: &Profile, mistakes: &mut Mistakes) {
         "counts of the position object in one revolution",
     );
     scale(&p.scale, mistakes);
-    startup::check("profile.startup", &p.startup, mistakes);
+    startup::check("profile.startup", &p.startup, &p.rx, mistakes);
     pdos(
         "profile.rx",
         &p.rx,

@@ -59,7 +59,7 @@ impl Landing {
             ("speed_rad_per_s", self.speed, 1e-3, 10.0, "highest speed of lift-off and landing"),
             ("speed_limit_rad_per_s", self.speed_limit, self.speed, 100.0, "above speed_rad_per_s"),
             ("following_error_rad", self.following_error, 1e-6, 10.0, "largest error in a lift-off"),
-            ("rest_speed_rad_per_s", self.rest_speed, 1e-4, 10.0, "speed below which a machine rests"),
+            ("rest_speed_rad_per_s", self.rest_speed, 1e-4, self.speed_limit, "at most speed_limit_rad_per_s"),
             ("enable_ms", self.enable_ms.into(), 1.0, 10_000.0, "from the first enabled drive to the last"),
             ("brake_ms", self.brake_ms.into(), 1.0, 10_000.0, "time of braking before a landing"),
             ("hold_ms", self.hold_ms.into(), 0.0, 60_000.0, "time of standing still before and after a move"),

@@ -33,6 +33,21 @@ fn mistakes_name_key_value_and_range() {
             "rest_rad = [-0.34, nan,",
             "landing.rest_rad[1] = NaN, allowed -10 to 10",
         ),
+        (
+            "rest_speed_rad_per_s = 0.1",
+            "rest_speed_rad_per_s = 1.1",
+            "landing.rest_speed_rad_per_s = 1.1, allowed 0.0001 to 1",
+        ),
+        (
+            "object = 0x605A",
+            "object = 0x6040",
+            "profile.startup[0]: 0x6040:0 (quick stop: ramp, then disabled) is in profile.rx",
+        ),
+        (
+            "# serial = 1001",
+            "startup = [{ object = 0x2071, type = \"i32\", value = 9 }]",
+            "drive[0].startup[0]: 0x2071:0 is in profile.rx",
+        ),
         ("direction = 1", "direction = 2", "drive[0].direction = 2, allowed 1 or -1"),
         (
             "position_min_rad = -0.52",
