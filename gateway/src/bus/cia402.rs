@@ -9,10 +9,11 @@ pub const FAULT_RESET: u16 = 0x0080;
 
 /// Bits of a statusword.
 pub const FAULT_BIT: u16 = 0x0008;
-/// What a drive says without a fault: a warning, an internal limit that is active.
-pub const REMARKS: [(u16, &str); 2] = [
-    (0x0080, "warning (bit 7 of the statusword)"),
-    (0x0800, "internal limit active (bit 11 of the statusword)"),
+/// What a drive says without a fault: bit, its value, and its meaning.
+pub const REMARKS: [(u16, u16, &str); 3] = [
+    (0x0010, 0x0000, "no voltage at the power stage (bit 4 of the statusword)"),
+    (0x0080, 0x0080, "warning (bit 7 of the statusword)"),
+    (0x0800, 0x0800, "internal limit active (bit 11 of the statusword)"),
 ];
 /// The bits that encode the state, and their value in operation enabled.
 pub const STATE_BITS: u16 = 0x006f;

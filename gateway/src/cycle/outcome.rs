@@ -136,8 +136,10 @@ impl Outcome {
     /// Takes the remarks of the statuswords of a reply.
     pub fn note_remarks(&mut self, statusword: &[u16; AXES]) {
         for (counts, word) in self.remarks.iter_mut().zip(statusword) {
-            for (count, (bit, _)) in counts.iter_mut().zip(cia402::REMARKS) {
-                *count += u64::from(word & bit != 0);
+            // one that has no power may say that there is no voltage
+            let enabled = cia402::state(*word) == cia402::State::OperationEnabled;
+            for (count, (bit, value, _)) in counts.iter_mut().zip(cia402::REMARKS) {
+                *count += u64::from(word & bit == value && (enabled || value != 0));
             }
         }
     }
@@ -147,7 +149,7 @@ impl Outcome {
         let by_axis = self.remarks.iter().enumerate();
         let all = by_axis.flat_map(|(k, counts)| {
             let named = cia402::REMARKS.iter().zip(counts);
-            named.map(move |((_, name), count)| (k + 1, *name, *count))
+            named.map(move |((.., name), count)| (k + 1, *name, *count))
         });
         all.filter(|(_, _, count)| *count > 0).collect()
     }
@@ -201,5 +203,19 @@ impl Outcome {
             (_, Some(text)) => self.landing_detail = text,
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn remarks_are_counted_and_no_voltage_only_of_drives_that_are_enabled() {
+        let mut out = Outcome::new();
+        // warning; no voltage; the same of a drive that is not enabled; a limit
+        out.note_remarks(&[0x02B7, 0x0227, 0x0240, 0x0A37, 0x0237, 0x0237]);
+        let [voltage, warning, limit] = cia402::REMARKS.map(|(.., text)| text);
+        assert_eq!(out.remarked(), [(1, warning, 1), (2, voltage, 1), (4, limit, 1)]);
     }
 }
