@@ -110,7 +110,7 @@ impl Watched<'_> {
         let most = row[first..first + AXES].iter().fold(0.0, |most: f64, e| most.max(e.abs()));
         let (error, lost) = (most * 1e6, self.board.lost.load(Ordering::Relaxed));
         let text = format!("{time:8.2} s   error {error:9.2} urad   lost {lost}");
-        self.reporter.live("running", &text);
+        self.reporter.live(live::phase(phase).unwrap_or_default(), &text);
         self.reporter.event(
             event,
             json!({"cycle": cycle as i64, "time_s": time, "error_urad": error, "lost": lost}),

@@ -30,7 +30,8 @@ Lines that it takes, each with Enter:
   3 0.01           axis 3 by 0.01 rad, at most --largest
   to 0,0,0,0,0,0   to this pose
   pose 0,0,310mm,0,2deg,0   to this pose of the platform, as in `move --pose`
-  q                land; so does the end of the input, or Ctrl-C
+  q                land, when the lines before it are done; so does the end of the input
+Ctrl-C lands at once.
 It says when it has arrived, with the angles that were measured there.
 
 It begins in the neutral pose. Speed, torque and gains are those of [landing], the limits those of a run.";
