@@ -66,6 +66,14 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
     drop(controller);
     drop(preparing);
     reporter.mark(true, "every FMU loads and initialises");
+    let pose_fmu = config.system.pose_fmu.as_ref().filter(|file| !file.is_file());
+    if let Some(file) = pose_fmu {
+        let text = format!(
+            "{}: no such file (system.pose_fmu): `move --pose` needs it, and `pose` in `jog`: `flexhex build` makes it",
+            file.display()
+        );
+        reporter.line("note", &text);
+    }
     for note in rights::request_real_time(&config, false, false)? {
         reporter.line("note", &note.to_string());
     }
