@@ -231,3 +231,20 @@ def test_encoder_scale_that_is_not_compared_needs_a_rest_pose(
     assert "landing.rest_rad = -0.34 rad" in ran.one("refused")["message"]
     never_enabled(ran)
     falls.add(fallen.refused("encoders too coarse, and their scale is not compared"))
+
+
+@several
+def test_replies_that_stay_incomplete_while_enabling_take_the_power(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    """Drives stayed enabled for 5 s, as incomplete replies were not judged yet."""
+    good = free(Bench(hexapod_ssp, tmp_path), seconds=0.01).ran
+    first = min(e["frame"] for e in good.happened("drive") if e["to"] == "operation enabled")
+    short = lost_frames(first, 0).replace("frame_lost", "wkc_short").replace("acting", "# acting")
+    fallen = free(Bench(hexapod_ssp, tmp_path), f"{short}position = 2\n")
+    assert fallen.ran.code == 1
+    assert "being enabled: working counter 15, expected 18" in fallen.ran.one("refused")["message"]
+    left = [e["frame"] for e in fallen.ran.happened("drive") if e["from"] == "operation enabled"]
+    # the drive that does not hear is left to its watchdog of 20 cycles
+    assert [frame - first for frame in sorted(left)] == [4] * 5 + [20]
+    falls.add(fallen.refused("working counter short from the frame on that enables", "zero"))
