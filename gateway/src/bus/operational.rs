@@ -16,6 +16,8 @@ use crate::wire::Link;
 pub const FIRST_ADDRESS: u16 = 0x1000;
 /// Longest wait for a reply while the drives change to OP.
 const REPLY_NS: u64 = 50_000_000;
+/// Questions whether a watchdog runs: a lost reply does not say that it does not.
+const TRIES: u32 = 3;
 
 /// Error with the AL status codes of the drives that did not reach SAFE-OP or OP.
 pub async fn not_reached(
@@ -137,13 +139,24 @@ fn running_watchdogs<L: Link>(
     config: &Config,
     options: BringUpOptions,
 ) -> Result<(), BusError> {
+    let wait = reply_ns(config, options.lockstep);
     let mut wrong = Vec::new();
     for (axis, drive) in config.drive.iter().enumerate() {
-        // a frame between the questions, as the watchdogs run
-        exchange(bus, config, options);
-        let ask = watchdog::is_running(bus.main, FIRST_ADDRESS + drive.position);
-        if bus.wire.drive(ask, now_ns() + REPLY_NS).flatten() != Some(true) {
-            wrong.push((axis, drive.position, watchdog::not_running()));
+        let runs = (0..TRIES).find_map(|_| {
+            // a frame between the questions, as the watchdogs run
+            exchange(bus, config, options);
+            let ask = watchdog::is_running(bus.main, FIRST_ADDRESS + drive.position);
+            bus.wire.drive(ask, now_ns() + wait).flatten()
+        });
+        if runs != Some(true) {
+            wrong.push((axis, drive.position, watchdog::not_running(runs)));
+        }
+    }
+    // one that has taken the drive out of OP has stopped since, as frames were lost
+    if !wrong.is_empty() {
+        let heard = (0..config.safety.lost_frame_limit).any(|_| exchange(bus, config, options));
+        if !heard || bus.reply().al_state.iter().any(|state| *state != al::OP) {
+            return Err(not_in_op(bus, config));
         }
     }
     BusError::of(wrong)

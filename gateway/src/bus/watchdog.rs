@@ -83,11 +83,12 @@ pub async fn is_running(main: &'static MainDevice<'static>, address: u16) -> Opt
     read.ok().map(|status| status & 1 == 1)
 }
 
-/// The refusal for a watchdog that does not run in OP.
-pub fn not_running() -> Difference {
+/// The refusal for a watchdog that does not run in OP, or of which that is not known.
+pub fn not_running(runs: Option<bool>) -> Difference {
     let what = format!("watchdog status (bit 0 of register {STATUS:#06x})");
     let mend =
         "the outputs of a frame do not trigger the watchdog, so the drive would keep its last \
                 torque if this computer dies: correct its EEPROM, or replace the drive";
-    Difference::new(what, 0, 1, mend)
+    let actual = runs.map_or("not read".to_owned(), |runs| u8::from(runs).to_string());
+    Difference::new(what, actual, 1, mend)
 }

@@ -68,15 +68,16 @@ fn devices_behind_a_cut_cable_are_named_as_not_read() {
     assert_eq!(out.links.unread, [2, 3, 4, 5]);
 }
 
-/// A line on which so many replies to questions about error counters are lost.
+/// A line on which so many replies to questions about a register are lost.
 struct Deaf<'a> {
     line: &'a mut Line,
+    register: [u8; 2],
     lost: u64,
 }
 
 impl Link for &mut Deaf<'_> {
     fn send(&mut self, frame: &[u8]) -> bool {
-        if frame[COMMAND] == FPRD && frame[REGISTER] == COUNTERS && self.lost > 0 {
+        if frame[COMMAND] == FPRD && frame[REGISTER] == self.register && self.lost > 0 {
             self.lost -= 1;
             return true;
         }
@@ -94,11 +95,20 @@ impl Link for &mut Deaf<'_> {
 fn a_lost_reply_is_asked_for_again_and_without_any_the_run_is_the_same() {
     let ran = |lost| {
         let mut line = Line::open("");
-        run(&mut Deaf { line: &mut line, lost }, CYCLES).out
+        run(&mut Deaf { line: &mut line, register: COUNTERS, lost }, CYCLES).out
     };
     let (one, none) = (ran(1), ran(u64::MAX));
     assert!(one.good() && one.links.known && one.links.unread.is_empty());
     assert!(none.good() && !none.links.known && none.links.ports.is_empty());
+}
+
+#[test]
+fn a_lost_reply_does_not_say_that_no_watchdog_runs() {
+    let register = 0x0440u16.to_le_bytes();
+    for lost in [1, 2] {
+        let mut line = Line::open("");
+        assert!(run(&mut Deaf { line: &mut line, register, lost }, CYCLES).out.good());
+    }
 }
 
 /// The bus with distributed clocks: in lockstep only a replayed run has them. After so many cycles.
@@ -116,6 +126,18 @@ fn clocks(line: &mut Line, config: &Config, cycles: usize) -> Result<Clocks, Str
         assert!(bus.exchange(u64::MAX).answered);
     }
     Ok(bus.leave(Ask::default(), &[true; AXES]).clocks)
+}
+
+#[test]
+fn drives_that_left_op_meanwhile_are_told_by_their_al_status() {
+    let lost = "kind = 'frame_lost'\nacting = 'before'\ncounting = 'frames'\ncycle = 2\ncount = 6";
+    let mut config = config();
+    // four cycles
+    config.bus.watchdog_ms = 1;
+    let mut line = Line::open(&format!("[[fault]]\n{lost}"));
+    let why = clocks(&mut line, &config, 0).unwrap_err();
+    assert!(why.contains("axis 1, position 0: SAFE-OP, AL status code 0x001b"), "{why}");
+    assert!(!why.contains("EEPROM"), "{why}");
 }
 
 #[test]
