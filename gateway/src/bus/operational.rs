@@ -16,8 +16,8 @@ use crate::wire::Link;
 pub const FIRST_ADDRESS: u16 = 0x1000;
 /// Longest wait for a reply while the drives change to OP.
 const REPLY_NS: u64 = 50_000_000;
-/// Questions whether a watchdog runs: a lost reply does not say that it does not.
-const TRIES: u32 = 3;
+/// Tries to ask whether a watchdog runs, and for a frame afterwards: a lost reply does not say that it does not.
+const TRIES: u32 = 40;
 
 /// Error with the AL status codes of the drives that did not reach SAFE-OP or OP.
 pub async fn not_reached(
@@ -154,7 +154,7 @@ fn running_watchdogs<L: Link>(
     }
     // one that has taken the drive out of OP has stopped since, as frames were lost
     if !wrong.is_empty() {
-        let heard = (0..config.safety.lost_frame_limit).any(|_| exchange(bus, config, options));
+        let heard = (0..TRIES).any(|_| exchange(bus, config, options));
         if !heard || bus.reply().al_state.iter().any(|state| *state != al::OP) {
             return Err(not_in_op(bus, config));
         }

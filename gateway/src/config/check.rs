@@ -93,8 +93,8 @@ fn check(config: &Config) -> Result<(), ConfigError> {
     check_profile::profile(&config.profile, &mut mistakes);
     check_limits("limits", &config.limits, &mut mistakes);
     for (k, drive) in config.drive.iter().enumerate() {
-        let (at, rx) = (format!("drive[{k}].startup"), &config.profile.rx);
-        startup::check(&at, &drive.startup, rx, &mut mistakes);
+        let (at, sent) = (format!("drive[{k}].startup"), config.profile.sent());
+        startup::check(&at, &drive.startup, &sent, &mut mistakes);
         if let Some(limits) = &drive.limits {
             check_limits(&format!("drive[{k}].limits"), limits, &mut mistakes);
         }

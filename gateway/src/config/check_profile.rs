@@ -20,7 +20,7 @@ pub(super) fn profile(p: &Profile, mistakes: &mut Mistakes) {
         "counts of the position object in one revolution",
     );
     scale(&p.scale, mistakes);
-    startup::check("profile.startup", &p.startup, &p.rx, mistakes);
+    startup::check("profile.startup", &p.startup, &p.sent(), mistakes);
     pdos(
         "profile.rx",
         &p.rx,

@@ -27,6 +27,13 @@ pub struct Profile {
     pub unchecked: Vec<u16>,
 }
 
+impl Profile {
+    /// Objects that the drive gets in every cycle.
+    pub fn sent(&self) -> Vec<u16> {
+        self.rx.iter().flat_map(|pdo| &pdo.entries).map(|entry| entry.object).collect()
+    }
+}
+
 /// Physical value of one count of target and actual torque.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,7 +3,6 @@
 use serde::Deserialize;
 
 use super::mistakes::Mistakes;
-use super::Pdo;
 
 /// Integer type of an object.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -66,8 +65,8 @@ impl Sdo {
     }
 }
 
-/// Adds the mistakes of a list at this key. `rx`: process data that the drive gets in every cycle.
-pub(super) fn check(at: &str, list: &[Sdo], rx: &[Pdo], mistakes: &mut Mistakes) {
+/// Adds the mistakes of a list at this key. `sent`: objects that the drive gets in every cycle.
+pub(super) fn check(at: &str, list: &[Sdo], sent: &[u16], mistakes: &mut Mistakes) {
     for (k, sdo) in list.iter().enumerate() {
         let (low, high) = sdo.kind.range();
         if !(low..=high).contains(&sdo.value) {
@@ -81,8 +80,7 @@ pub(super) fn check(at: &str, list: &[Sdo], rx: &[Pdo], mistakes: &mut Mistakes)
             let object = sdo.object;
             mistakes.add(format!("{at}[{k}].object = {object:#06x}, allowed 0x1000 to 0xffff"));
         }
-        let sent = rx.iter().flat_map(|pdo| &pdo.entries).any(|e| e.object == sdo.object);
-        if sent && !sdo.read_only {
+        if sent.contains(&sdo.object) && !sdo.read_only {
             mistakes.add(format!(
                 "{at}[{k}]: {} is in profile.rx, so each frame writes it, and before power nothing else may: remove it",
                 sdo.label()
