@@ -74,8 +74,11 @@ pub fn serve_page(
             let _ = stream.set_read_timeout(Some(LIMIT));
             let _ = stream.set_write_timeout(Some(LIMIT));
             let head = request(&mut stream);
-            // the reader may be gone
-            let _ = stream.write_all(answer(&head, port, &status).as_bytes());
+            // browsers open connections for later: an answer now would be that to a later request
+            if !head.is_empty() {
+                // the reader may be gone
+                let _ = stream.write_all(answer(&head, port, &status).as_bytes());
+            }
         }
     });
     served.map_err(at)
@@ -151,6 +154,18 @@ mod tests {
             let response = response_to(&format!("GET /status.json HTTP/1.1\r\n{other}\r\n"));
             assert!(response.starts_with("HTTP/1.1 403"), "{other}: {response}");
         }
+    }
+
+    #[test]
+    fn a_connection_without_a_request_is_closed_without_an_answer() {
+        let free = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let port = free.local_addr().unwrap().port();
+        drop(free);
+        serve_page("test0", port, || "{}".to_owned()).unwrap();
+        let mut said = String::new();
+        let mut stream = std::net::TcpStream::connect((Ipv4Addr::LOCALHOST, port)).unwrap();
+        stream.read_to_string(&mut said).unwrap();
+        assert_eq!(said, "");
     }
 
     #[test]
