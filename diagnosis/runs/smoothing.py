@@ -31,14 +31,13 @@ def hann_weights(
     index = np.round(centre).astype(int)[:, None] + np.arange(-reach, reach + 1)
     weight = hann_window((index - centre[:, None]) * ts + window / 2, window)
     total = weight.sum(axis=1)
-    inside = (index >= 0) & (index < len(valid))
-    good = inside & valid[np.clip(index, 0, len(valid) - 1)]
+    place = np.clip(index, 0, len(valid) - 1)
+    good = (place == index) & valid[place]
     weight = np.where(good, weight, 0.0)
     kept = weight.sum(axis=1)
     filled = kept > FILLED * total
     weight /= np.maximum(kept, 1e-300)[:, None]
     weight[~filled] = 0.0
-    rows = np.repeat(np.arange(len(at)), index.shape[1])
-    columns = np.clip(index, 0, len(valid) - 1).ravel()
-    matrix = csr_array((weight.ravel(), (rows, columns)), shape=(len(at), len(valid)))
+    ends = index.shape[1] * np.arange(len(at) + 1)
+    matrix = csr_array((weight.ravel(), place.ravel(), ends), shape=(len(at), len(valid)))
     return matrix, filled
