@@ -26,9 +26,9 @@ def hann_weights(
     least three samples are taken.
     """
     window = max(window, 4.0 * ts)
-    reach = int(np.ceil(window / 2 / ts))
-    centre = (at - t0) / ts
-    index = np.round(centre).astype(int)[:, None] + np.arange(-reach, reach + 1)
+    centre, length = (at - t0) / ts, window / ts
+    first = np.floor(centre - length / 2).astype(int) + 1
+    index = first[:, None] + np.arange(int(np.ceil(length)))
     weight = hann_window((index - centre[:, None]) * ts + window / 2, window)
     total = weight.sum(axis=1)
     place = np.clip(index, 0, len(valid) - 1)
