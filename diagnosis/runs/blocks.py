@@ -129,9 +129,11 @@ class Block:
         return self.smooth(self.run.motion.theta)
 
     @cached_property
-    def seen(self) -> NDArray[np.int64]:
-        """Samples that lie in any window, in their order."""
-        return np.unique(self.weights.indices[self.weights.data > 0])
+    def seen(self) -> NDArray[np.int64] | slice:
+        """Samples that lie in any window, in their order; a slice is no copy of them."""
+        places = np.unique(self.weights.indices[self.weights.data > 0])
+        gaps = not len(places) or np.ptp(places) >= len(places)
+        return places if gaps else slice(places[0], places[-1] + 1)
 
     @cached_property
     def of_seen(self) -> csr_array:
