@@ -21,7 +21,7 @@ from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.runs.blocks import Block, Run, torque_rms
-from flexhex.diagnosis.runs.noise import Noise, alike, calmed, rings, settled, whitening
+from flexhex.diagnosis.runs.noise import Noise, alike, calmed, line, rings, settled, whitening
 
 Array = NDArray[np.float64]
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
@@ -218,18 +218,21 @@ class Calibrated:
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
         rests."""
-        slow, weights = self.noise.slow[axis], self._whitening[axis]
+        slow, runs = self.noise.slow[axis], zip(*self._whitening[axis], self.moving, strict=True)
         parts = [
-            calmed(own @ v.reshape(len(v), -1), slow, moving[:, axis])
-            for v, own, moving in zip(values, weights, self.moving, strict=True)
+            calmed(own @ v.reshape(len(v), -1), slow, base, moving[:, axis])
+            for v, (own, base, moving) in zip(values, runs, strict=True)
         ]
         return np.concatenate(parts)
 
     @cached_property
-    def _whitening(self) -> list[list[csr_array]]:
-        """See `whitening`, of each axis and block."""
-        pairs = zip(self.noise.a, self.noise.scale.tolist(), strict=True)
-        return [[whitening(a, scale, kept) for kept in self.kept] for a, scale in pairs]
+    def _whitening(self) -> list[tuple[list[csr_array], list[Array]]]:
+        """See `whitening` and `line`, of each axis, of each block."""
+        listed = []
+        for i, (a, scale) in enumerate(zip(self.noise.a, self.noise.scale.tolist(), strict=True)):
+            weights = [whitening(a, scale, kept) for kept in self.kept]
+            listed.append((weights, [line(moving[:, i]) for moving in self.moving]))
+        return listed
 
     def residual(self, q: Array) -> list[Array]:
         """Torque that a fit q does not explain, (m, n) [N m] of each block."""

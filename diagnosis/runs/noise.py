@@ -176,12 +176,13 @@ def settled(usable: Mask) -> Mask:
     return good
 
 
-def calmed(rows: Array, slow: Array, moving: Mask) -> Array:
+def calmed(rows: Array, slow: Array, base: Array, moving: Mask) -> Array:
     """Whitened rows (R, k) of a run, in place, with its offset and slope in units of their own
-    noise, and zeros where the axis does not move (R,): there friction carries what it likes."""
-    rows[~moving] = 0.0
+    noise, and zeros where the axis does not move (R,): there friction carries what it likes; base:
+    the `line` of these."""
+    if not moving.all():
+        rows[~moving] = 0.0
     if (slow != 1).any():
-        base = line(moving)
         rows -= base @ ((1 - 1 / slow)[:, None] * (base.T @ rows))
     return rows
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from flexhex.diagnosis.runs.noise import Noise, calmed, measured, whitening
+from flexhex.diagnosis.runs.noise import Noise, calmed, line, measured, whitening
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 
@@ -176,7 +176,7 @@ def _fitted(
         for i in range(n):
             both = np.column_stack([C[:, i], rest[:, i], y[:, i]])
             white = whitening(noise.a[i], float(noise.scale[i]), kept) @ both
-            white = calmed(white, noise.slow[i], moving[:, i])
+            white = calmed(white, noise.slow[i], line(moving[:, i]), moving[:, i])
             S[j] += white[:, :k].T @ white[:, :k]
             r[j] += white[:, :k].T @ white[:, k]
             torque += float(white[:, k + 1] @ white[:, k + 1]) / len(left)

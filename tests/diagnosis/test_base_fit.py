@@ -155,10 +155,12 @@ def test_what_friction_carries_at_rest_moves_no_offset() -> None:
     time = np.arange(200.0)
     rows = np.where(moving, 3.0 + 0.01 * time, 60.0)[:, None]
     slow = np.array([1e9, 1e9])
-    np.testing.assert_allclose(calmed(rows.copy(), slow, moving), 0.0, atol=1e-6)
-    own = calmed(rows.copy(), np.ones(2), moving)[:, 0]
+    base = line(moving)
+    np.testing.assert_allclose(calmed(rows.copy(), slow, base, moving), 0.0, atol=1e-6)
+    own = calmed(rows.copy(), np.ones(2), base, moving)[:, 0]
     np.testing.assert_array_equal(own, np.where(moving, rows[:, 0], 0.0))
-    assert not calmed(rows.copy(), slow, np.zeros(200, dtype=bool)).any()
+    never = np.zeros(200, dtype=bool)
+    assert not calmed(rows.copy(), slow, line(never), never).any()
 
 
 def resting(angle: Array, rate: Array, spacing: float) -> NDArray[np.bool_]:
