@@ -60,8 +60,10 @@ class Channel:
         grid = np.arange(time[0], time[-1] + 0.5 * self.ts, COARSE)
         values = np.column_stack([np.interp(grid, time, column) for column in self.values.T])
         values -= values.mean(axis=0)
-        noise = angle_noise(self.values[:POINTS])
-        moves = (np.abs(values).max(axis=0) > MOVES * noise).any()
+        size, first = np.abs(values).max(axis=0), self.values[:POINTS]
+        # mostly that which moves most tells it
+        order = np.argsort(-size).tolist()
+        moves = any(size[i] > MOVES * angle_noise(first[:, i : i + 1])[0] for i in order)
         return values if moves else np.zeros_like(values)
 
     @property
