@@ -65,11 +65,11 @@ def chosen(
     gain [nats]."""
 
     def good(score: Score) -> bool:
-        return beyond_chance(score, known, bars, criteria, plainly)
+        there = shown(score, criteria, repeated(score, known))
+        return there and beyond_chance(score, known, bars, criteria, plainly)
 
     for score in scores:
-        there = shown(score, criteria, repeated(score, known))
-        if there and score.gain > least(score) and good(score):
+        if score.gain > least(score) and good(score):
             return simplest(score, scores, number, criteria, good)
     return None
 

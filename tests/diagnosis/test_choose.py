@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.selection.choose import Accepted, one_cause, simplest
+from flexhex.diagnosis.selection.bars import Bars
+from flexhex.diagnosis.selection.choose import Accepted, chosen, one_cause, simplest
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.parts import with_wholes
@@ -17,7 +18,8 @@ from flexhex.diagnosis.selection.scores import Score
 
 
 def scored_as(name: str, axis: int, freedom: int) -> Score:
-    hypothesis: Any = SimpleNamespace(id=name, axis=axis, freedom=freedom, extends="")
+    of = {"freedom": freedom, "extends": "", "choices": 1}
+    hypothesis: Any = SimpleNamespace(id=name, axis=axis, **of)
     return Score(hypothesis, 60.0, np.zeros(2), 0.01)
 
 
@@ -39,6 +41,17 @@ def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None
     alone = Accepted(coulomb, (), 2, (fuller,))
     assert [a.score.hypothesis.id for a in one_cause([alone])] == ["coulomb"]
     assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
+
+
+def test_what_a_trajectory_speaks_against_is_no_simpler_name() -> None:
+    """It gains more, by one trajectory alone."""
+    best = replace(scored_as("stribeck", 0, 3), whole=500.0, without=np.array([250.0, 250.0]))
+    other = replace(scored_as("lag", 0, 1), whole=2000.0, without=np.array([2600.0, 100.0]))
+    assert other.gain > best.gain
+    bars, both = Bars(5.0, 3.0), [other, best]
+    accepted = chosen(lambda score: 0.0, (), both, bars, 1, USUAL, lambda score: score)
+    assert accepted is not None
+    assert (accepted.score, accepted.rivals) == (best, ())
 
 
 @pytest.mark.parametrize("fuller", ["extends", "limit"])
