@@ -186,9 +186,10 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
     moves = moving(motions, usable, base.window, spacing)
     paces = np.concatenate([pace[good] for (*_, pace), good in zip(motions, usable, strict=True)])
     pace = np.sqrt((paces**2).mean(axis=0))
+    sticks = [b.weights @ sticking(b.run.motion, pace, base.window) > PART for b in listed]
     return [
-        replace(block, moves=own & ~(block.weights @ sticking(block.run.motion, pace) > PART))
-        for block, own in zip(listed, moves, strict=True)
+        replace(block, moves=own & ~stuck)
+        for block, own, stuck in zip(listed, moves, sticks, strict=True)
     ]
 
 

@@ -65,19 +65,24 @@ def moving(
     return moving_rows
 
 
-def sticking(motion: Motion, pace: Array) -> Mask:
-    """Samples (samples, n) in which an axis sticks: its angle shows no way back, as of a reversal,
-    for longer than a reversal takes at a pace (n,) of acceleration.
+def sticking(motion: Motion, pace: Array, window: float) -> Mask:
+    """Samples (samples, n) in which an axis sticks: its angle shows no way back, or a small one, as
+    of a reversal, for longer than a reversal of that way takes at a pace (n,) of acceleration.
 
-    Feedback needs a while to bring the torque to the other side of dry friction. Smoothed rates do
-    not show it: the window is as long.
+    Feedback needs a while to bring the torque to the other side of dry friction, and the axis
+    stands still or creeps meanwhile. Smoothed rates show that only if it takes longer than their
+    window [s].
     """
     noise = np.zeros_like(pace) if motion.noise is None else motion.noise
     stuck = np.zeros(motion.theta.shape, dtype=bool)
     for i in np.flatnonzero(pace > 0):
         angle, near = motion.theta[:, i], REACH * noise[i]
-        turn = TURN * 2 * np.sqrt(2 * near / pace[i])
-        width = 2 * max(int(np.ceil(turn / motion.ts / 2)), 1) + 1
-        still = maximum_filter1d(angle, width) + maximum_filter1d(-angle, width) <= near
-        stuck[:, i] = maximum_filter1d(still, width)
+        while True:
+            turn = TURN * 2 * np.sqrt(2 * near / pace[i])
+            width = 2 * max(int(np.ceil(turn / motion.ts / 2)), 1) + 1
+            still = maximum_filter1d(angle, width) + maximum_filter1d(-angle, width) <= near
+            stuck[:, i] |= maximum_filter1d(still, width)
+            if not 0 < turn < window:
+                break
+            near *= 2
     return stuck

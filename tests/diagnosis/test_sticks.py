@@ -51,10 +51,24 @@ def write(path: Path, motion: int, number: int, hold: float = HOLD, step: float 
 def test_axis_that_only_turns_does_not_stick(hold: float, share: float) -> None:
     theta, *_ = turning(0.7, 5.3, hold)
     motion = Motion(0.0, TS, theta[:, None], theta[:, None], theta[:, None], noise=np.array([1e-6]))
-    stuck = sticking(motion, np.array([0.7 * 5.3**2 / 2**0.5]))[:, 0]
+    stuck = sticking(motion, np.array([0.7 * 5.3**2 / 2**0.5]), 0.025)[:, 0]
     held = np.flatnonzero(np.diff(theta) == 0) + 1
     assert stuck[held].mean() == share if hold else not stuck.any()
     assert stuck.sum() <= 1.3 * len(held)
+
+
+def test_axis_that_creeps_through_its_turn_sticks() -> None:
+    """As friction grows with the rate, be it in presliding or in a simulator, it shows small ways
+    while its torque turns over."""
+    theta, *_ = turning(0.7, 5.3, HOLD)
+    held = np.diff(theta, append=theta[-1]) == 0
+    creep = np.cumsum(np.where(held, 1e-3 * TS, 0.0))
+    noise, pace = np.array([1e-7]), np.array([0.7 * 5.3**2 / 2**0.5])
+    angle = (theta + creep)[:, None]
+    motion = Motion(0.0, TS, angle, angle, angle, noise=noise)
+    assert sticking(motion, pace, 0.025)[held].mean() > 0.95
+    calm = turning(0.7, 5.3, 0.0)[0][:, None]
+    assert not sticking(Motion(0.0, TS, calm, calm, calm, noise=noise), pace, 0.025).any()
 
 
 def test_what_friction_holds_at_a_reversal_is_no_error_of_its_form(tmp_path: Path) -> None:
