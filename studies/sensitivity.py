@@ -68,6 +68,7 @@ ELSEWHERE = (
     ("selection.evidence", "INEXACT"),
     ("selection.feedback", "BANDS"),
     ("selection.form", "PLACES"),
+    ("selection.form", "MANY"),
     ("selection.refine", "GOOD"),
 )
 """Numbers of modules of `flexhex.diagnosis` that decide what is asked or what is said."""

@@ -21,11 +21,13 @@ class Bars:
     wanted; of an effect that another axis has, which has as many chances as there are axes; beside
     that, what errors in the form of accepted effects may have left on each axis, or on all, that
     their columns (`form.py`) do not show, as they are smooth: how friction turns over, above all.
+    alike: share of a hypothesis' torque, in squares, that has the form of such errors on its axis.
     """
 
     first: float
     again: float
     blur: Mapping[Axis, float] = field(default_factory=dict)
+    alike: Callable[[Score], float] = lambda score: 1.0
 
 
 def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:
@@ -84,19 +86,21 @@ def form_error(score: Score, criteria: Criteria) -> float:
 
 
 def blurred(score: Score, bars: Bars) -> float:
-    """What a hypothesis may gain [nats] by errors in the form of accepted effects: of those on
-    other axes as far as it is felt there. What they do to base parameters is in the doubt of
-    these."""
+    """What a hypothesis may gain [nats] by errors in the form of accepted effects: of those on its
+    axis as far as it is alike, of those on other axes as far as it is felt there. What they do to
+    base parameters is in the doubt of these."""
     axis = score.hypothesis.axis
     if isinstance(score.hypothesis, ChangedParameter):
         return 0.0
 
     def felt(other: Axis) -> float:
-        if axis is None or other is None or other == axis:
+        if axis is None or other is None:
             return 1.0
+        if other == axis:
+            return bars.alike(score)
         return score.spread[other] if score.spread else 0.0
 
-    return sum(felt(other) * left for other, left in bars.blur.items())
+    return sum(felt(other) * left for other, left in bars.blur.items() if left > 0)
 
 
 def repeated(score: Score, known: Sequence[Score]) -> bool:

@@ -16,14 +16,17 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import orth
 
-from flexhex.diagnosis.selection.generic import hats
+from flexhex.diagnosis.selection.generic import hats, remembered
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 ARGUMENTS, LOADED, PLACES = ("angle", "rate"), ("angle", "rate", "torque"), 5
 """What a factor is smooth in, the same of what goes with the torque; places along each range."""
+MANY = 40
+"""Places of a factor that need not be smooth."""
 STEPS = 20
 """Times that errors of form that are too large are made smaller, at most."""
 
@@ -85,6 +88,16 @@ def _size(moments: Moments, term: Term, error: Term) -> float:
     whole[own], wrong[factors] = (moments.fit(None).q[place] for place in (own, factors))
     torque = float(np.linalg.norm(moments.sizes(whole)))
     return float(np.linalg.norm(moments.sizes(wrong))) / torque if torque > 0 else 0.0
+
+
+def space_of_errors(rows: Rows, axis: int, torque: Array, others: Sequence[Array] = ()) -> Array:
+    """Orthonormal columns (R, k) of all errors of the form of a torque (R,) of an axis, smooth or
+    not, of what it leaves behind for a while, and of `others` that it may be a part of."""
+    errors = _errors(rows, torque, np.hstack(hats(rows, axis, LOADED, MANY)))
+    seen = np.stack([torque, errors[:, -1]], axis=1)
+    ts, window = rows.model.spacing, rows.model.base.window
+    late = np.concatenate([remembered(seen[run], ts, window) for run in rows.runs])
+    return np.asarray(orth(np.column_stack([errors, late, *others])))
 
 
 def mean_error(relative: float) -> float:

@@ -159,16 +159,21 @@ def _lags() -> ScanFunction:
     return scans([ca.Function("scan_lags", [state, before, x, kept], [then])])[0]
 
 
+def remembered(seen: Array, ts: float, window: float) -> Array:
+    """Two signals (samples, 2) as first-order lags remember them (samples, 2 TIMES), which had long
+    been what they are first."""
+    kept = np.exp(-ts / np.geomspace(window / 2, LONGEST, TIMES))
+    first = np.concatenate([(1 - kept) * value for value in seen[0]])
+    return np.asarray(_lags()(first, seen, kept))
+
+
 def _memory(rows: Rows, axis: int) -> list[Array]:
     """Rate and acceleration (m, 2 TIMES) as first-order lags remember them."""
     model = rows.model
-    times = np.geomspace(model.base.window / 2, LONGEST, TIMES)
     listed = []
     for block in model.blocks:
         motion = block.run.motion
-        kept = np.exp(-motion.ts / times)
         seen = np.stack([motion.thetad[:, axis], motion.thetadd[:, axis]], axis=1)
-        first = np.concatenate([(1 - kept) * value for value in seen[0]])
-        listed.append(block.smooth(_lags()(first, seen, kept)))
+        listed.append(block.smooth(remembered(seen, motion.ts, model.base.window)))
     size = np.concatenate(listed).std(axis=0)
     return [v / np.where(size > 0, size, 1.0) for v in listed]

@@ -191,6 +191,20 @@ def doubt_of(moments: Moments, step: Array, white: Mapping[int, Array]) -> float
     return float(doubt(Design.of(columns), left, cluster)[0])
 
 
+def torque_beyond(moments: Moments, hypotheses: Hypotheses, score: Score) -> Array:
+    """Whitened torque (R,) of an effect on its axis, beyond what a model takes up."""
+    effect = score.hypothesis
+    assert isinstance(effect, EffectHypothesis)
+    assert effect.axis is not None
+    one = hypotheses.shaped(effect, effect.shapes[score.shape])
+    gains = tried(moments, one, [None])[None].gains[0]
+    columns = hypotheses.columns(effect, effect.shapes[score.shape])
+    white = {i: own @ gains for i, own in columns.white.items()}
+    cross = moments.pulled({i: moments.rows.across(own) for i, own in white.items()})
+    step = moments.fit(None).solve(cross)
+    return np.asarray(white[effect.axis] - moments.white(effect.axis, step))
+
+
 def spread_of(moments: Moments, step: Array, axis: Axis, size: float) -> tuple[float, ...]:
     """Of each axis the share of squares, beside the noise, of a torque of an axis with this size
     together with a step (m,) of the coefficients of the model."""
@@ -228,6 +242,24 @@ def generic_score(
     # columns would be kept as long as the score is
     best = replace(best, columns=lambda _: {}, known=())
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
+
+
+def part_of_generic(
+    moments: Moments,
+    whole: NamelessHypothesis,
+    part: NamelessHypothesis,
+    sizes: Sequence[float] = SIZES,
+) -> float:
+    """Relative RMS of one kind of something without a name within all kinds together, as far as
+    these say which it is."""
+    fit, priors = moments.fit(None), [size**-2.0 for size in sizes]
+    moved, S, r = _left_of(fit, *whole.within.beside(moments).without(None))
+    way = whole.ways[0]
+    values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
+    prior = max(priors, key=lambda p: float(log_evidence(values, turned, p)))
+    gains = (way @ vectors @ (turned / (values + prior)))[part.place]
+    torque = {i: raw @ gains for i, raw in part.raw.items()}
+    return size_of(moments, -(moved[:, part.place] @ gains), torque)
 
 
 def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:

@@ -10,7 +10,8 @@ from functools import cache, reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.selection.bars import Bars, bars_of, form_error
+from flexhex.diagnosis.selection.bars import bars_of, form_error
+from flexhex.diagnosis.selection.blur import with_blur
 from flexhex.diagnosis.selection.choose import (
     Accepted,
     as_good,
@@ -123,7 +124,9 @@ class Search:
                 return score
             return with_shape(plain(), self.hypotheses, score)
 
-        bars = self._bars()
+        pairs = zip(self.known(), self.terms, strict=True)
+        beside = self.moments, plain, self.hypotheses
+        bars = with_blur(self.bars, *beside, list(pairs), self.criteria)
         least = unrepeated(self.moments.without(*self.answered), self.known())
         while True:
             accepted = chosen(least, self.known(), scores, bars, number, self.criteria, plainly)
@@ -146,22 +149,6 @@ class Search:
             return self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0), ()
         terms = terms or self._terms(score)
         return reduce(Moments.extended, terms, self.moments), terms
-
-    def _bars(self) -> Bars:
-        """With what errors in the form of accepted effects may have left. Effects of an axis may
-        share what they gain: of these it is the gain of all together."""
-        blur = dict[Axis, float]()
-        for axis in {score.hypothesis.axis for score in self.known()}:
-            own = self.own(axis)
-            scores = [a.score for a in self.accepted if a.score.hypothesis.axis == axis]
-            left = sum(form_error(s, self.criteria) ** 2 * s.gain for s in scores)
-            alone = sum(score.gain for score, _ in own)
-            if len(own) > 1 and alone > 0:
-                terms = [term for _, both in own for term in both]
-                whole = together(self.moments, terms)
-                left *= max(whole / alone, 1.0)
-            blur[axis] = left
-        return replace(self.bars, blur=blur)
 
     def own(self, axis: Axis) -> list[tuple[Score, tuple[Term, ...]]]:
         """Effects that were accepted on an axis."""

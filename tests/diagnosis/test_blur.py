@@ -1,0 +1,46 @@
+"""An effect may gain by an error in the form of another one only as far as its torque has the form
+of such an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.selection.form import space_of_errors
+from flexhex.diagnosis.selection.found import found
+from flexhex.diagnosis.selection.rows import Rows
+from tests.diagnosis.test_selection import RMS, Array, bench_of
+
+
+def test_errors_of_friction_turn_over_with_it(tmp_path: Path) -> None:
+    """Friction times a factor of the angle or of the rate, and friction that comes late, are errors
+    of its form; a torque of the angle alone hardly is, as the axis passes there both ways."""
+    rows = Rows.of(bench_of(tmp_path, None).model)
+    angle, rate = rows.angles[:, 0], rows.rates[:, 0]
+    dry = np.tanh(rate / 0.05)
+    space = space_of_errors(rows, 0, dry)
+    assert np.allclose(space.T @ space, np.eye(space.shape[1]), atol=1e-9)
+
+    def share(torque: Array) -> float:
+        return float(((space.T @ torque) ** 2).sum() / (torque @ torque))
+
+    late = np.concatenate([np.gradient(dry[run]) for run in rows.runs])
+    for error in (dry * np.sin(9.0 * angle), dry * np.exp(-((rate / 0.5) ** 2)), late):
+        assert share(error) > 0.98
+    for other in (np.sin(40.0 * angle), np.sin(80.0 * angle)):
+        assert share(other) < 0.4
+
+
+def test_small_harmonic_of_a_wave_is_found_beside_friction(tmp_path: Path) -> None:
+    """It gains less than a tenth of friction would, but is nothing that friction may leave."""
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        wave = 0.1 * np.sin(17.0 * q) + 0.02 * np.cos(34.0 * q)
+        return np.asarray(RMS * (0.4 * np.tanh(v / 0.01) + wave))
+
+    side = found(bench_of(tmp_path, torque), (), lambda text: None).side
+    waves = next(effect for effect in side.named if effect.id == "cogging_harmonic")
+    orders = [v.value for name, v in waves.parameters.items() if name.startswith("order")]
+    assert sorted(orders) == [pytest.approx(17.0, abs=0.1), pytest.approx(34.0, abs=0.2)]
