@@ -9,7 +9,7 @@ from math import log
 from flexhex.diagnosis.selection.choose import as_good
 from flexhex.diagnosis.selection.evidence import evidence_of, together
 from flexhex.diagnosis.selection.moments import Term
-from flexhex.diagnosis.selection.scores import Score, generic_score
+from flexhex.diagnosis.selection.scores import Score, generic_score, part_of_generic
 from flexhex.diagnosis.selection.search import Search
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
@@ -17,11 +17,15 @@ from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 @dataclass(frozen=True)
 class Imitated:
     """Something without a name on an axis, beside all that was accepted; instead: in the place of
-    all effects there, or of those at some `places` of them, where it predicts better than these."""
+    all effects there, or of those at some `places` of them, where it predicts better than these;
+    placed: where those stand that are functions of the angle; angle: relative RMS of another one
+    beside all, where there are any."""
 
     beside: Score
     instead: Score | None = None
     places: tuple[int, ...] = ()
+    placed: tuple[int, ...] = ()
+    angle: float = 0.0
 
 
 def imitated(search: Search, axis: int) -> Imitated:
@@ -36,7 +40,11 @@ def imitated(search: Search, axis: int) -> Imitated:
         instead = _better(search, unnamed, [own[k] for k in places], beside)
         if instead is not None:
             return Imitated(beside, instead, places)
-    return Imitated(beside)
+    angle = 0.0
+    if placed and beside.gain > search.bars.first:
+        of_angle = next(each for each in unnamed if each.columns.id == "angle")
+        angle = part_of_generic(search.moments, unnamed[-1], of_angle)
+    return Imitated(beside, placed=placed, angle=angle)
 
 
 def _better(
@@ -59,7 +67,7 @@ def surely_beside(search: Search, axis: int, place: int, beside: Score) -> bool:
     name beside it, too: what only imitates that does not."""
     unnamed, own = search.hypotheses.generic(axis), search.own(axis)[place]
     _, margins = _margins(search, unnamed, [own], beside)
-    return min(margins) > search.bars.first
+    return min(margins) > search.bars.first * own[0].doubt
 
 
 def _margins(

@@ -20,13 +20,15 @@ from flexhex.diagnosis.selection.select import Selection
 class Nameless:
     """Something without a name: relative RMS, beside what was accepted and, whole, in its place;
     what it goes with, where that is known; what it would gain to explain it [nats]; form: no more
-    of it goes with the motion than errors in the form of what was accepted there may leave."""
+    of it goes with the motion than errors in the form of what was accepted there may leave;
+    instead: what was accepted there and only imitates it."""
 
     size: float
     whole: float
     what: str = ""
     gain: float = np.inf
     form: bool = True
+    instead: tuple[Accepted, ...] = ()
 
 
 def nameless(
@@ -60,18 +62,49 @@ def nameless(
             form = not goes or min(size, beside.size) <= error
             functions[axis] = Nameless(size, whole, what, worth, form)
     for axis, each in enumerate(selection.imitated):
-        if each.instead is None or not (selection.arbitrated or axis in named):
+        own = [a for a in selection.effects if a.score.hypothesis.axis == axis]
+        instead, places = each.instead, each.places
+        what = instead.hypothesis.id if instead else "angle"
+        if instead is None:
+            # what is wrong with the form of a function of the angle is one itself
+            places = _only_parts(own, each.placed, each.angle, selection, criteria)
+        if not places or not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
-        own = [a for a in selection.effects if a.score.hypothesis.axis == axis]
-        scores = [a.score for a in own]
-        share = _part([scores[k] for k in each.places], scores)
-        size, whole = np.hypot(np.array([share, 1.0]) * selection.explained[axis], rest[axis].size)
-        form = size <= selection.explained[axis] * _inexact(own, criteria)
-        functions[axis] = Nameless(
-            float(size), float(whole), each.instead.hypothesis.id, form=bool(form)
-        )
+        part = _share([own[k] for k in places], own) * selection.explained[axis]
+        size, whole = np.hypot([part, selection.explained[axis]], rest[axis].size)
+        form = bool(size <= selection.explained[axis] * _inexact(own, criteria))
+        there = tuple(own[k] for k in places)
+        functions[axis] = Nameless(float(size), float(whole), what, form=form, instead=there)
     return functions
+
+
+def _only_parts(
+    own: Sequence[Accepted],
+    placed: Sequence[int],
+    size: float,
+    selection: Selection,
+    criteria: Criteria,
+) -> tuple[int, ...]:
+    """Places of the functions of the angle that are only parts of one that has no name, of this
+    relative RMS beside them: smaller than that leaves a name, or than that and such parts do."""
+    if not placed:
+        return ()
+    explained = selection.explained[own[0].score.hypothesis.axis or 0]
+    most, parts = tolerated(own, explained, criteria), list[int]()
+    while True:
+        whole = np.hypot(size, explained * _share([own[k] for k in parts], own))
+        more = [k for k in placed if k not in parts and whole > most[k]]
+        if not more:
+            return tuple(sorted(parts))
+        parts += more
+
+
+def _share(some: Sequence[Accepted], every: Sequence[Accepted]) -> float:
+    """The torque of some effects, relative to that of all, by what they gain: sizes of slow ones
+    that cancel each other are hardly determined."""
+    gains = [sum(a.score.gain for a in each) for each in (some, every)]
+    return float((gains[0] / max(gains[1], np.finfo(float).tiny)) ** 0.5)
 
 
 def _inexact(accepted: Sequence[Accepted], criteria: Criteria) -> float:

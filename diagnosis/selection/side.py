@@ -163,9 +163,9 @@ def _rests(
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         pairs = zip(own, tolerated(own, selection.explained[axis], criteria), strict=True)
-        small = [a for a, most in pairs if left.size > most]
+        small = [a for a, most in pairs if left.size > most or a in left.instead]
         beside = len(small) < len(own)
-        small = [a for a in small if selection.imitates(a)]
+        small = [a for a in small if a in left.instead or selection.imitates(a)]
         if not beside:
             kept = [replace(a, named=False) if a in own else a for a in kept]
         elif small:

@@ -48,8 +48,21 @@ def test_what_imitates_a_bump_beside_friction_is_not_named(
         return RMS * (0.1 * np.tanh(v / 0.01) + 0.06 * np.exp(-(((q - 0.1) / width) ** 2)))
 
     bench = bench_of(tmp_path, both)
-    assert names(select(bench)) == ["coulomb_friction", name]
+    assert {*names(select(bench))} == {"coulomb_friction", name}
     side = found(bench, (), lambda text: None).side
+    assert [effect.id for effect in side.named] == ["coulomb_friction"]
+    assert [(rest.axis, rest.what, rest.form) for rest in side.rests] == [(1, "angle", False)]
+
+
+def test_what_leaves_something_of_the_angle_itself_is_not_named(tmp_path: Path) -> None:
+    """A cable and waves are parts of a bump beside friction, as they are functions of the angle
+    themselves and leave another one."""
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        bump = np.exp(-(((q + 0.1) / 0.08) ** 2))
+        return np.asarray(RMS * (0.5 * np.tanh(v / 0.01) + 0.2 * bump))
+
+    side = found(bench_of(tmp_path, torque), (), lambda text: None).side
     assert [effect.id for effect in side.named] == ["coulomb_friction"]
     assert [(rest.axis, rest.what, rest.form) for rest in side.rests] == [(1, "angle", False)]
 
