@@ -29,12 +29,12 @@ from flexhex.diagnosis.selection.choose import (
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.firm import errors_of, firm
+from flexhex.diagnosis.selection.generic_scores import generic_score
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     ColumnsByAxis,
 )
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import generic_score
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
 from flexhex.fmus.common.effects import library

@@ -8,8 +8,9 @@ from math import log
 
 from flexhex.diagnosis.selection.choose import as_good
 from flexhex.diagnosis.selection.evidence import evidence_of, together
+from flexhex.diagnosis.selection.generic_scores import generic_score, part_of_generic
 from flexhex.diagnosis.selection.moments import Term
-from flexhex.diagnosis.selection.scores import Score, generic_score, part_of_generic
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.search import Search
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 

@@ -23,6 +23,7 @@ from flexhex.diagnosis.jointfit.fit import recalibrated
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.generic_scores import generic_score
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
@@ -32,7 +33,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.levels import Levels, choices, levels_of
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
+from flexhex.diagnosis.selection.scores import Score, effect_term
 from flexhex.diagnosis.selection.unnamed import nameless
 
 MASSIVE = ("kg", "kg m2")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,7 @@ from flexhex.diagnosis.selection.evidence import (
     Tried,
     evidences,
     free,
-    log_evidence,
-    mean_of,
     tried,
-    turned_to,
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -28,12 +25,8 @@ from flexhex.diagnosis.selection.hypothesis import (
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
-from flexhex.diagnosis.selection.solved import Solved
-from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
 Array = NDArray[np.float64]
-SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
-"""Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,55 +208,3 @@ def spread_of(moments: Moments, step: Array, axis: Axis, size: float) -> tuple[f
     relative[axis] = size
     squares = (relative * rows.white_rms) ** 2
     return tuple((squares / max(float(squares.sum()), np.finfo(float).tiny)).tolist())
-
-
-def generic_score(
-    moments: Moments, listed: Sequence[NamelessHypothesis], sizes: Sequence[float] = SIZES
-) -> Score:
-    """Something without a name, of any of these kinds and sizes, on left-out folds."""
-    rows, total = moments.rows, dict[Left, float]()
-    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
-    products = {kind.within: kind.within.beside(moments) for kind in listed}
-    for left in [None, *rows.folds]:
-        evidence, fit = list[float](), moments.fit(left)
-        beside = {within: _left_of(fit, *own.without(left)) for within, own in products.items()}
-        for kind in listed:
-            at, (moved, S, r) = kind.place, beside[kind.within]
-            for way in kind.ways:
-                values, turned, vectors = turned_to(way.T @ S[at, at] @ way, way.T @ r[at])
-                evidence += [float(log_evidence(values, turned, prior)) for prior in priors]
-                if left is None and max(evidence[-len(priors) :]) == max(evidence):
-                    prior = priors[int(np.argmax(evidence[-len(priors) :]))]
-                    gains = way @ vectors @ (turned / (values + prior))
-                    torque = {i: raw @ gains for i, raw in kind.raw.items()}
-                    best = kind.columns
-                    size = size_of(moments, -(moved[:, at] @ gains), torque)
-        total[left] = mean_of(np.array(evidence))
-    # columns would be kept as long as the score is
-    best = replace(best, columns=lambda _: {}, known=())
-    return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
-
-
-def part_of_generic(
-    moments: Moments,
-    whole: NamelessHypothesis,
-    part: NamelessHypothesis,
-    sizes: Sequence[float] = SIZES,
-) -> float:
-    """Relative RMS of one kind of something without a name within all kinds together, as far as
-    these say which it is."""
-    fit, priors = moments.fit(None), [size**-2.0 for size in sizes]
-    moved, S, r = _left_of(fit, *whole.within.beside(moments).without(None))
-    way = whole.ways[0]
-    values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
-    prior = max(priors, key=lambda p: float(log_evidence(values, turned, p)))
-    gains = (way @ vectors @ (turned / (values + prior)))[part.place]
-    torque = {i: raw @ gains for i, raw in part.raw.items()}
-    return size_of(moments, -(moved[:, part.place] @ gains), torque)
-
-
-def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:
-    """What the coefficients of a fit (m, k) do for columns, and what it leaves of their products
-    with each other (k, k) and with the torque (k,)."""
-    moved = fit.solve(cross)
-    return moved, own[0] - cross.T @ moved, right - cross.T @ fit.q

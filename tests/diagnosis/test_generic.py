@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.selection.generic import FINE, generic
+from flexhex.diagnosis.selection.generic_scores import generic_score
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import generic_score
 from tests.diagnosis.test_selection import bench_of
 
 
