@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnose.effects import EFFECTS, effect_rows, undetermined
 from flexhex.diagnose.maps import map_figures, spectrum_figures
 from flexhex.diagnose.next import Invocation, next_steps, shortened
 from flexhex.diagnose.plots import candidate_bars, residual_bars, strip_figures
 from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.view import (
     CHANGED,
-    EFFECTS,
     LOOPS,
     SIDES,
     axis_names,
     changed_rows,
-    effect_rows,
     judged,
     remarks,
     residual_columns,
@@ -97,6 +96,7 @@ def _effects(diagnosis: Diagnosis) -> list[PageSection]:
     if diagnosis.effects:
         whole = residual_name(diagnosis.residual)
         text = f"± and ranges are 95 % intervals. Explains: of {whole} on its axes."
+        text = ". ".join([text.rstrip("."), *undetermined(diagnosis)]) + "."
         rows = effect_rows(diagnosis)
         parts.append(PageSection("Effects that the model lacks", text, EFFECTS, rows, words=True))
     if diagnosis.changed:

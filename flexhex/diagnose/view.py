@@ -13,9 +13,10 @@ import numpy as np
 from rich.console import Console, Group
 
 from flexhex.diagnose.changes import felt
+from flexhex.diagnose.effects import EFFECTS, Rows, effect_rows, rivalry, undetermined
 from flexhex.diagnose.next import Invocation, next_steps
-from flexhex.diagnose.numbers import listed, measured, number, percent
-from flexhex.diagnose.titles import effort, readable, title, where
+from flexhex.diagnose.numbers import number, percent
+from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
 from flexhex.output import tables
@@ -27,9 +28,7 @@ LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 """Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
 MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
-EFFECTS = ("effect", "where", "parameters, 95 %", "explains")
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
-Rows = list[tuple[str, ...]]
 
 
 def print_diagnosis(
@@ -40,7 +39,7 @@ def print_diagnosis(
     say(out, verdict(diagnosis), STYLES.get(diagnosis.verdict, "bold"))
     if diagnosis.effects:
         out.print(table("Effects that the model lacks", EFFECTS, effect_rows(diagnosis)))
-    for text in rivalry(diagnosis):
+    for text in (*undetermined(diagnosis), *rivalry(diagnosis)):
         say(out, text)
     if diagnosis.changed:
         rows = changed_rows(diagnosis)
@@ -74,33 +73,6 @@ def print_applied(diagnosis: Diagnosis, report: Path, invocation: Invocation) ->
 def say(out: Console, text: str, style: str | None = None) -> None:
     """A line that is text alone, however long."""
     out.print(text, style=style, markup=False, highlight=False, soft_wrap=style is None)
-
-
-def effect_rows(diagnosis: Diagnosis) -> Rows:
-    """A row for each place that has an effect; its name and share stand in the first one."""
-    rows: Rows = []
-    for e in diagnosis.effects:
-        name, share = title(e.id) + (" *" if e.rivals else ""), percent(e.share)
-        for axis, estimates in e.parts or ((0, e.parameters),):
-            values = ", ".join(f"{key} = {measured(value)}" for key, value in estimates.items())
-            place = where((axis,) if axis else e.axes, short=True)
-            rows.append((name, place, values, share))
-            name = share = ""
-    return rows
-
-
-def rivalry(diagnosis: Diagnosis) -> list[str]:
-    """The footnote of each effect that has rivals."""
-    lines = []
-    for e in diagnosis.effects:
-        if e.rivals:
-            others = listed([title(name) for name in e.rivals], "or")
-            here = f" on {where(e.open)}" if {*e.open} < {*e.axes} else ""
-            line = f"* these runs do not distinguish {title(e.id)}{here} from {others}"
-            if e.experiment:
-                line += f"; an experiment that does: {e.experiment}"
-            lines.append(line)
-    return lines
 
 
 def changed_rows(diagnosis: Diagnosis) -> Rows:

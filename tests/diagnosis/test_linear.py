@@ -9,7 +9,8 @@ from tempfile import mkdtemp
 import numpy as np
 import pytest
 
-from flexhex.diagnose.view import effect_rows, residual_rows, residual_title
+from flexhex.diagnose.effects import effect_rows
+from flexhex.diagnose.view import residual_rows, residual_title
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.kinds import LINEAR, ROTARY

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from flexhex.diagnose.effects import effect_rows, undetermined
 from flexhex.diagnose.next import Invocation
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.view import (
     closed,
     diagnosis_json,
-    effect_rows,
     print_diagnosis,
     residual_rows,
 )
@@ -89,6 +89,26 @@ def test_effect_has_a_row_for_each_place() -> None:
     ((_, place, values, _),) = effect_rows(replace(BASIC, effects=(whole,)))
     assert place == "whole"
     assert all(f"{name} = " in values for name in whole.parameters)
+
+
+def test_parameter_that_is_not_determined_is_said_once_below_the_table() -> None:
+    """With its axes and what it is in the fit, not in every row."""
+    open_ = Estimate(4e-6, (-math.inf, math.inf), "rad")
+    known, force = Estimate(2e-5, (1e-5, 3e-5), "rad"), Estimate(0.6, (0.5, 0.7), "N m")
+    parts = tuple(
+        (axis, {"F_c": force, "s_0": known if axis == 2 else open_}) for axis in (1, 2, 4)
+    )
+    effect = replace(BASIC.effects[0], id="coulomb_friction", axes=(1, 2, 4), parts=parts)
+    diagnosis = replace(BASIC, effects=(effect,))
+    assert ["s_0" in row[2] for row in effect_rows(diagnosis)] == [False, True, False]
+    text = "Coulomb friction: s_0 is not determined on axes 1 and 4 (in the fit: 4.00e-06 rad)"
+    assert undetermined(diagnosis) == [text]
+    console = Console(file=io.StringIO(), width=100)
+    print_diagnosis(diagnosis, Invocation((), ()), console)
+    assert text in console.file.getvalue()  # type: ignore[attr-defined]
+    whole = replace(effect, axes=(), parts=(), parameters={"F_c": force, "s_0": open_})
+    (line,) = undetermined(replace(BASIC, effects=(whole,)))
+    assert line.startswith("Coulomb friction: s_0 is not determined (in the fit")
 
 
 @pytest.mark.parametrize(

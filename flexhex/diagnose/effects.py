@@ -1,0 +1,61 @@
+"""Effects that were found, as rows of a table and what is said below it."""
+
+from __future__ import annotations
+
+import math
+
+from flexhex.diagnose.numbers import listed, measured, number, percent
+from flexhex.diagnose.titles import title, where
+from flexhex.diagnosis.result.verdict import Diagnosis, Estimate
+from flexhex.output.tables import printed
+
+EFFECTS = ("effect", "where", "parameters, 95 %", "explains")
+Rows = list[tuple[str, ...]]
+
+
+def effect_rows(diagnosis: Diagnosis) -> Rows:
+    """A row for each place that has an effect; its name and share stand in the first one. A
+    parameter that the runs do not determine is in none: see `undetermined`."""
+    rows: Rows = []
+    for e in diagnosis.effects:
+        name, share = title(e.id) + (" *" if e.rivals else ""), percent(e.share)
+        for axis, estimates in e.parts or ((0, e.parameters),):
+            known = [f"{key} = {measured(v)}" for key, v in estimates.items() if _determined(v)]
+            place = where((axis,) if axis else e.axes, short=True)
+            rows.append((name, place, ", ".join(known), share))
+            name = share = ""
+    return rows
+
+
+def undetermined(diagnosis: Diagnosis) -> list[str]:
+    """A line on each parameter of an effect that the runs do not determine, with its axes and what
+    it is in the fit."""
+    lines = []
+    for e in diagnosis.effects:
+        parts = e.parts or ((0, e.parameters),)
+        for key in dict.fromkeys(key for _, estimates in parts for key in estimates):
+            open_ = {axis: v[key] for axis, v in parts if key in v and not _determined(v[key])}
+            values = dict.fromkeys(f"{number(v.value)} {printed(v.unit)}" for v in open_.values())
+            if open_:
+                there = f" on {where(tuple(sorted({*open_} - {0})))}" if {*open_} != {0} else ""
+                text = f"{title(e.id)}: {key} is not determined{there}"
+                lines.append(f"{text} (in the fit: {listed([v.strip() for v in values])})")
+    return lines
+
+
+def _determined(value: Estimate) -> bool:
+    return not math.isinf(value.ci95[1] - value.ci95[0])
+
+
+def rivalry(diagnosis: Diagnosis) -> list[str]:
+    """The footnote of each effect that has rivals."""
+    lines = []
+    for e in diagnosis.effects:
+        if e.rivals:
+            others = listed([title(name) for name in e.rivals], "or")
+            here = f" on {where(e.open)}" if {*e.open} < {*e.axes} else ""
+            line = f"* these runs do not distinguish {title(e.id)}{here} from {others}"
+            if e.experiment:
+                line += f"; an experiment that does: {e.experiment}"
+            lines.append(line)
+    return lines
