@@ -87,14 +87,16 @@ def _only_parts(
     criteria: Criteria,
 ) -> tuple[int, ...]:
     """Places of the functions of the angle that are only parts of one that has no name, of this
-    relative RMS beside them: smaller than that leaves a name, or than that and such parts do."""
+    relative RMS beside them: smaller than that, or than that and such parts, leave a name, and no
+    more than that makes up for, as it does not for a wave that is faster."""
     if not placed:
         return ()
     explained = selection.explained[own[0].score.hypothesis.axis or 0]
     most, parts = tolerated(own, explained, criteria), list[int]()
     while True:
         whole = np.hypot(size, explained * _share([own[k] for k in parts], own))
-        more = [k for k in placed if k not in parts and whole > most[k]]
+        small = [k for k in placed if k not in parts and whole > most[k]]
+        more = [k for k in small if selection.imitates(own[k])]
         if not more:
             return tuple(sorted(parts))
         parts += more

@@ -63,17 +63,19 @@ class Selection:
         when asked for: of most searches nobody does."""
         return tuple(imitated(self.search, axis) for axis in range(self.bench.n))
 
+    def placed(self, accepted: Accepted) -> bool:
+        """Whether an effect goes with the angle of its axis alone."""
+        return self.search.hypotheses.with_angle(accepted.score.hypothesis.id)
+
     def imitates(self, accepted: Accepted) -> bool:
-        """Whether an effect of an axis may only imitate something that has no name, of other things
-        than the angle alone; what goes with that is in `imitated`."""
-        hypothesis, search = accepted.score.hypothesis, self.search
-        axis = hypothesis.axis
-        if axis is None or search.hypotheses.with_angle(hypothesis.id):
+        """Whether an effect of an axis may only imitate something that has no name."""
+        axis = accepted.score.hypothesis.axis
+        if axis is None:
             return False
-        listed = [score for score, _ in search.own(axis)]
+        listed = [score for score, _ in self.search.own(axis)]
         place = next((k for k, score in enumerate(listed) if score is accepted.score), None)
         beside = self.imitated[axis].beside
-        return place is None or not surely_beside(search, axis, place, beside)
+        return place is None or not surely_beside(self.search, axis, place, beside)
 
     @property
     def effects(self) -> list[Accepted]:

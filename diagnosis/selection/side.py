@@ -165,7 +165,9 @@ def _rests(
         pairs = zip(own, tolerated(own, selection.explained[axis], criteria), strict=True)
         small = [a for a, most in pairs if left.size > most or a in left.instead]
         beside = len(small) < len(own)
-        small = [a for a in small if a in left.instead or selection.imitates(a)]
+        # of what goes with the angle alone `nameless` has asked that already
+        parts = [a for a in small if not selection.placed(a) and selection.imitates(a)]
+        small = [a for a in small if a in left.instead or a in parts]
         if not beside:
             kept = [replace(a, named=False) if a in own else a for a in kept]
         elif small:
