@@ -44,8 +44,7 @@ def below_zero(axis: int, kind: Kind, own: Sequence[Asked], rates: Array, sure: 
     power = {"d": float((rates**2).mean()), "F_c": float(np.abs(rates).mean())}
     rubs = sum(one.value * power.get(_kind(one.name), 0.0) for one in own)
     inertia = bool(set(below) & {"J", "m"})
-    upright = any(_kind(one.name) in ("J", "m") and one.value > sure * one.deviation for one in own)
-    if (rubs < 0 and not upright) or (rubs == 0 and inertia):
+    if rubs < 0 or (rubs == 0 and inertia):
         why = (
             f"its {kind.effort} or its {kind.position} has the other sign in the logs, or is"
             " another axis' column. Negate one of the two columns (of currents by a negative"

@@ -44,7 +44,6 @@ def test_a_turned_sign_is_doubted_before_what_is_named(sign: float, tmp_path: Pa
     ({"J": -0.4, "d": 0.3, "F_c": 0.2}, "are of other times, something elastic swings"),
     ({"J": -0.4, "d": -0.3, "F_c": 0.2}, "has the other sign"),
     ({"d": -0.3, "F_c": 0.2}, "has the other sign"),
-    ({"J": 0.4, "d": -0.3, "F_c": 0.2}, "friction falls with the rate"),
     ({"d": -0.1, "F_c": 0.9}, "friction falls with the rate"),
     ({"d": 0.9, "F_c": -0.1}, "is late against the angle"),
 ])  # fmt: skip
