@@ -10,6 +10,7 @@ use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
 use crate::exit::{Exit, Refusal};
 use crate::learned;
+use crate::planned;
 use crate::report::Reporter;
 use crate::rights;
 use crate::session;
@@ -61,8 +62,9 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
     let system = session::open_system(&config, reporter)?;
     let resume = learned::resumed(&config)?;
     let controller = signals::open(&config, &system, true, resume)?;
-    Signals::find(&config, &controller)?;
+    let signals = Signals::find(&config, &controller)?;
     session::mechanics(&config, &system)?;
+    planned::judge_lift_off(&config, &system, &signals.r.map(|slot| controller.bus()[slot]))??;
     drop(controller);
     drop(preparing);
     reporter.mark(true, "every FMU loads and initialises");

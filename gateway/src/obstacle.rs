@@ -35,6 +35,13 @@ pub enum Obstacle {
         needed: f64,
         most: f64,
     },
+    /// A planned path takes more torque than a lift-off may give.
+    Weight {
+        at: Axes,
+        axis: usize,
+        needed: f64,
+        most: f64,
+    },
     Failed(Error),
 }
 
@@ -60,6 +67,13 @@ impl Display for Obstacle {
             Obstacle::Torque { at, axis, needed, most } => write!(
                 f,
                 "at {at:.3?} rad axis {} needs {needed:.2} N m to brake, allowed {most} (landing.torque_N_m)",
+                axis + 1
+            ),
+            Obstacle::Weight { at, axis, needed, most } => write!(
+                f,
+                "at {at:.3?} rad axis {} needs {needed:.2} N m to carry the machine, allowed {most} \
+                 (landing.torque_N_m): raise it, at most to limits.torque_N_m; more than that is needed, as the \
+                 feedback adds its own",
                 axis + 1
             ),
             Obstacle::Failed(why) => why.fmt(f),

@@ -1,11 +1,11 @@
-//! The motion of a run, judged before power: its poses, and every stop that may begin on the way.
+//! The motion of a run, judged before power: its lift-off, its poses, and every stop that may begin on the way.
 
 use flexhex_system::{Planned, System};
 use serde_json::json;
 use std::fmt::{self, Display, Formatter};
 use std::time::{Duration, Instant};
 
-use crate::config::Config;
+use crate::config::{Config, AXES};
 use crate::exit::{Ends, Exit};
 use crate::mismatch::Mismatch;
 use crate::obstacle::Obstacle;
@@ -27,6 +27,21 @@ const REPORT: Duration = Duration::from_secs(1);
 pub struct Unfit {
     time: f64,
     obstacle: Obstacle,
+}
+
+/// A lift-off that the machine cannot do.
+#[derive(Debug)]
+pub struct NoLift(Obstacle);
+
+/// Err where the torque of a lift-off does not carry the machine to the start of the motion [rad]. Without a model in the
+/// system the lift-off alone judges it.
+pub fn judge_lift_off(
+    config: &Config,
+    system: &System,
+    start: &[f64; AXES],
+) -> Result<Result<(), NoLift>, Mismatch> {
+    let workspace = Workspace::open(config, system, "-lift").map_err(Mismatch::System)?;
+    Ok(workspace.map_or(Ok(()), |mut workspace| workspace.lifts(start).map_err(NoLift)))
 }
 
 /// Err with the first pose or stop that the machine cannot take. A motion that is not known before is said to be.
@@ -143,6 +158,18 @@ impl Display for Unfit {
             ),
             _ => write!(f, "{obstacle}: correct the motion"),
         }
+    }
+}
+
+impl Display for NoLift {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "lift-off to the start of the motion: {}", self.0)
+    }
+}
+
+impl Ends for NoLift {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
     }
 }
 

@@ -87,7 +87,7 @@ impl Display for PoseError {
                  position_max_rad)",
                 axis + 1
             ),
-            PoseError::Way(why @ Obstacle::Failed(_)) => why.fmt(f),
+            PoseError::Way(why @ (Obstacle::Failed(_) | Obstacle::Weight { .. })) => why.fmt(f),
             PoseError::Way(why) => write!(f, "on the way, {why}: take another way"),
             PoseError::Platform(why) => why.fmt(f),
             PoseError::Of(text, why) => write!(f, "pose {text}: {why}"),
@@ -106,6 +106,7 @@ impl Ends for PoseError {
         match self {
             PoseError::Platform(why) => why.exit(),
             PoseError::Of(_, why) => why.exit(),
+            PoseError::Way(Obstacle::Weight { .. }) => Exit::BadInput,
             _ => Exit::Usage,
         }
     }

@@ -91,6 +91,8 @@ fn prepare_and_run(
     let task = make(&config, &system)?;
     let socket = args.open_cable(&config)?;
     if args.judged(&task) {
+        let start = signals.r.map(|slot| controller.bus()[slot]);
+        planned::judge_lift_off(&config, &system, &start)??;
         let cycles = args.of_loop(system.base_step()).cycles;
         planned::judge(reporter, &config, &system, cycles)??;
     }

@@ -4,13 +4,15 @@
 use flexhex_system::{Dynamics, Error, Gain, Kinematics, Motion, System};
 
 use crate::config::{Config, Homed, PoseLimit, AXES};
-use crate::motion::Brakes;
+use crate::motion::{Brakes, Path};
 use crate::obstacle::Obstacle;
 
 type Axes = [f64; AXES];
 
 /// Longest way between two poses that are judged [rad]: the gain hardly changes within it.
 const STEP: f64 = 5e-3;
+/// Most steps of that size on the way to the pose in which the machine rests without torque.
+const STEPS_DOWN: u32 = 400;
 /// Parts of a brake at whose ends its torques are judged.
 const PARTS: u32 = 16;
 
@@ -72,12 +74,64 @@ impl Workspace {
     /// The straight way from where it is, and the one on which a landing leads from there. It stays where it is if
     /// something is in the way.
     pub fn go(&mut self, to: &Axes) -> Result<(), Obstacle> {
-        self.way(&self.at.clone(), to)?;
+        let from = self.at;
+        self.way(&from, to)?;
         if let Some(rest) = self.rest {
             self.way(to, &rest)?;
         }
+        self.lifts(to)?;
+        self.carries(&from, to)?;
         self.at = *to;
         Ok(())
+    }
+
+    /// Whether the torque of a lift-off carries the machine from where it rests to a pose.
+    pub fn lifts(&mut self, to: &Axes) -> Result<(), Obstacle> {
+        let rest = self.rest.map_or_else(|| self.sunk(to), Ok)?;
+        self.carries(&rest, to)
+    }
+
+    /// Where the machine comes to rest without torque from a pose, by the model. The torques that hold it are the slopes of
+    /// its energy, so the way down goes against them.
+    fn sunk(&mut self, from: &Axes) -> Result<Axes, Obstacle> {
+        let (mut at, mut before, limits) = (*from, [0.0; AXES], self.brakes.limits);
+        for _ in 0..STEPS_DOWN {
+            let motion = Motion { theta: at, ..Motion::default() };
+            let Some(torques) = self.modelled(&motion).map_err(Obstacle::Failed)? else { break };
+            let most = torques.map(f64::abs).into_iter().fold(0.0, f64::max);
+            let along: f64 = torques.iter().zip(before).map(|(now, before)| now * before).sum();
+            let falls = most > 0.0 && along >= 0.0;
+            if !falls {
+                break;
+            }
+            at = std::array::from_fn(|k| {
+                (at[k] - STEP * torques[k] / most).clamp(limits[k].0, limits[k].1)
+            });
+            before = torques;
+        }
+        Ok(at)
+    }
+
+    /// Whether the torque of a lift-off suffices on the planned path between two poses, by the model.
+    fn carries(&mut self, from: &Axes, to: &Axes) -> Result<(), Obstacle> {
+        let path = Path::new(*from, [0.0; AXES], *to, self.brakes.pace);
+        let steps = steps(from, to);
+        let (mut at, mut axis, mut needed) = (*to, 0, 0.0_f64);
+        for step in 1..=steps {
+            let motion = path.motion(path.cycles() * step / steps);
+            let Some(torques) = self.modelled(&motion).map_err(Obstacle::Failed)? else {
+                continue;
+            };
+            let (worst, torque) = largest(&torques);
+            if torque.total_cmp(&needed).is_gt() {
+                (at, axis, needed) = (motion.theta, worst, torque);
+            }
+        }
+        let most = self.brakes.most;
+        match needed <= most {
+            true => Ok(()),
+            false => Err(Obstacle::Weight { at, axis, needed, most }),
+        }
     }
 
     /// Of poses along a motion: the gain over that in the neutral pose, as the largest of six calls, one for each axis; infinite where the platform cannot be. None before the sixth, and where the FMU fails.
@@ -128,9 +182,7 @@ impl Workspace {
             let Some(torques) = self.modelled(&braking).map_err(Obstacle::Failed)? else {
                 continue;
             };
-            let sizes = torques.map(f64::abs).into_iter().enumerate();
-            let worst = sizes.max_by(|(_, one), (_, other)| one.total_cmp(other));
-            let ((axis, needed), most) = (worst.unwrap_or((0, f64::NAN)), brakes.most);
+            let ((axis, needed), most) = (largest(&torques), brakes.most);
             // a torque that is no number is none that a landing may give
             if needed.is_nan() || needed > most {
                 return Err(Obstacle::Torque { at: braking.theta, axis, needed, most });
@@ -140,8 +192,7 @@ impl Workspace {
     }
 
     fn way(&mut self, from: &Axes, to: &Axes) -> Result<(), Obstacle> {
-        let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - from[k]).abs()));
-        let steps = (far / STEP).ceil().max(1.0) as u32;
+        let steps = steps(from, to);
         for step in 1..=steps {
             let share = f64::from(step) / f64::from(steps);
             self.judge(&std::array::from_fn(|k| from[k] + share * (to[k] - from[k])))?;
@@ -171,6 +222,19 @@ impl Workspace {
         }
         Ok(())
     }
+}
+
+/// Steps of a straight way.
+fn steps(from: &Axes, to: &Axes) -> u32 {
+    let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - from[k]).abs()));
+    (far / STEP).ceil().max(1.0) as u32
+}
+
+/// The axis of the largest torque, and its size [N m]. One that is no number is above all others.
+fn largest(torques: &Axes) -> (usize, f64) {
+    let sizes = torques.map(f64::abs).into_iter().enumerate();
+    let worst = sizes.max_by(|(_, one), (_, other)| one.total_cmp(other));
+    worst.unwrap_or((0, f64::NAN))
 }
 
 /// The larger of both ratios.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flexhex.ssp.read import read_ssp
-from tests.gateway.bench import Bench, Rows
+from tests.gateway.bench import Bench, Rows, never_enabled
 from tests.gateway.landing_twin import BRAKE, MOST, PAUSE, SPEED, Braked, Model, smooth
 from tests.gateway.replay import replayed
 from tests.gateway.slave import Slave
@@ -38,6 +39,37 @@ def test_good_run_lifts_off_and_lands(fallen: Fallen) -> None:
     # the run itself begins at the start of the reference
     running = fallen.ran.table["phase"] == 1
     assert np.abs(fallen.ran.table["theta"][running][0]).max() < 1e-3
+
+
+LAND = ("torque_N_m = 6.0 ", "torque_N_m = {} ")
+"""Largest torque of lift-off and landing."""
+
+
+def test_torque_that_does_not_lift_the_machine_is_refused_before_power(
+    fallen: Fallen, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """It tripped in the lift-off. The rest pose is not known here: the model says it, too."""
+    bench = Bench(hexapod_ssp, tmp_path)
+    lifted = int(fallen.ran.one("summary")["lifted"])
+    measured = np.abs(fallen.tau[:lifted]).max(axis=0)
+    needed = 0.0
+    for command in (
+        ("check",),
+        ("run", "--enable", "--lockstep"),
+        ("move", "--lockstep", "--enable"),
+    ):
+        ran = bench.run(command=command, changes=((LAND[0], LAND[1].format(0.8)),))
+        assert ran.code == 3, ran.words
+        never_enabled(ran)
+        message = str(ran.one("refused")["message"])
+        told = re.search(r"axis (\d) needs ([\d.]+) N m to carry the machine, allowed 0.8", message)
+        assert told, message
+        assert int(told[1]) == int(measured.argmax()) + 1
+        needed = float(told[2])
+        # the torques of the run are those of the model and what the feedback adds
+        assert measured.max() / 1.05 < needed < measured.max()
+    enough = ((LAND[0], LAND[1].format(needed + 0.01)),)
+    assert free(bench, braking=0.0, seconds=0.1, changes=enough).ran.code == 0
 
 
 class Plant(Slave):
