@@ -41,6 +41,19 @@ def test_good_run_lifts_off_and_lands(fallen: Fallen) -> None:
     assert np.abs(fallen.ran.table["theta"][running][0]).max() < 1e-3
 
 
+def test_machine_sinks_a_little_until_the_controller_carries_it(fallen: Fallen) -> None:
+    """The figures of docs/gateway-stops.md: the FMUs' first outputs are zero, in the simulation too."""
+    begin = int(fallen.ran.one("summary")["lifted"]) + 1
+    tau, theta = fallen.tau[begin:], fallen.theta[begin:]
+    assert not tau[:4].any()
+    assert np.abs(tau[4]).max() < 0.01, "the feedback alone"
+    assert np.abs(tau[5]).min() > 0.5
+    sunk = theta[0] - theta[:2000]  # half a second
+    assert sunk.max() * 1e3 == pytest.approx(0.41, abs=0.005)
+    assert np.diff(sunk, axis=0).max() / TS * 1e3 == pytest.approx(17.0, abs=0.5)
+    assert sunk[-1].max() < 0.0, "it has risen again"
+
+
 LAND = ("torque_N_m = 6.0 ", "torque_N_m = {} ")
 """Largest torque of lift-off and landing."""
 
