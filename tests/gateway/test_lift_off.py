@@ -42,7 +42,7 @@ def test_good_run_lifts_off_and_lands(fallen: Fallen) -> None:
 
 
 def test_machine_sinks_a_little_until_the_controller_carries_it(fallen: Fallen) -> None:
-    """The figures of docs/gateway-stops.md: the FMUs' first outputs are zero, in the simulation too."""
+    """Figures of docs/gateway-stops.md: the first outputs of FMUs are zero, in simulations too."""
     begin = int(fallen.ran.one("summary")["lifted"]) + 1
     tau, theta = fallen.tau[begin:], fallen.theta[begin:]
     assert not tau[:4].any()
