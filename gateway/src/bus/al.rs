@@ -27,7 +27,9 @@ pub fn name(status: u8) -> &'static str {
 
 /// Code, meaning, remedy.
 #[rustfmt::skip]
-const CODES: [(u16, &str, &str); 26] = [
+const CODES: [(u16, &str, &str); 27] = [
+    (0x0000, "no error", "another program may have asked the drive to change its state: end it; if the drive is only \
+     slow, raise bus.state_timeout_ms"),
     (0x0001, "unspecified error", "read the fault that the drive displays"),
     (0x0011, "invalid requested state change", "switch the drive off and on"),
     (0x0014, "no valid firmware", "load the firmware of the drive again"),

@@ -1,7 +1,9 @@
 //! What the controllers of the devices are asked beside the process data: error counters, and clocks.
 
+use ethercrab::Command;
 use std::future::Future;
 
+use super::al;
 use super::clocks::{self, Differences};
 use super::difference::Difference;
 use super::error::BusError;
@@ -14,11 +16,24 @@ use crate::wire::Link;
 
 /// A lost reply is no reason to know nothing.
 const TRIES: usize = 2;
+/// Longest wait for an AL status code: no drive has power then, or the reaction is over.
+const AL_CODE_NS: u64 = 100_000_000;
 
 impl<L: Link> Bus<L> {
     /// The answer to a question; None where nothing replies within `wait_ns` a try.
     fn answer<F: Future>(&mut self, wait_ns: u64, question: impl Fn() -> F) -> Option<F::Output> {
         (0..TRIES).find_map(|_| self.wire.drive(question(), now_ns() + wait_ns))
+    }
+
+    /// Why a device left OP, or did not reach it; it keeps the code until the error is acknowledged. None: not read.
+    pub(super) fn al_status_code(&mut self, axis: usize) -> Option<u16> {
+        let (main, address) = (self.main, FIRST_ADDRESS + self.position(axis)?);
+        let read = || Command::fprd(address, al::STATUS_CODE).receive::<u16>(main);
+        (0..TRIES).find_map(|_| self.wire.drive(read(), now_ns() + AL_CODE_NS)?.ok())
+    }
+
+    fn position(&self, axis: usize) -> Option<u16> {
+        self.axes.iter().position(|at| *at == Some(axis)).map(|position| position as u16)
     }
 
     /// Counters of all devices; `between` is done after each of them. Where nothing replies no more is asked: the cable is

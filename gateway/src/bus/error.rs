@@ -147,7 +147,11 @@ impl Display for BusError {
                 write!(f, "not every drive reached OP within {within_ms} ms")?;
                 drives.iter().try_for_each(|(axis, position, (status, code))| {
                     write!(f, "\n{}", at(&(*axis, *position, al::name(*status))))?;
-                    code.map_or(Ok(()), |code| write!(f, ", {}", al::describe(code)))
+                    match code {
+                        Some(code) => write!(f, ", {}", al::describe(*code)),
+                        None if *status == 0 => Ok(()),
+                        None => f.write_str(", AL status code not read"),
+                    }
                 })
             }
         }
@@ -226,11 +230,13 @@ mod tests {
         let text = BusError::Differences(vec![differs(0), differs(3)]).to_string();
         let line = "position 7: product is 0x63, expected 0x2: another type";
         assert_eq!(text, format!("axis 1, {line}\naxis 4, {line}"));
-        let late = BusError::Late(900, vec![(1, 1, (4, Some(0x1b))), (2, 2, (0, None))]);
+        let late = [(1, 1, (4, Some(0x1b))), (3, 3, (4, None)), (2, 2, (0, None))];
+        let late = BusError::Late(900, late.to_vec());
         let text = late.to_string();
         assert!(text.starts_with(
             "not every drive reached OP within 900 ms\naxis 2, position 1: SAFE-OP, AL status"
         ));
+        assert!(text.contains("\naxis 4, position 3: SAFE-OP, AL status code not read"), "{text}");
         assert!(text.ends_with("\naxis 3, position 2: no reply"), "{text}");
         let on = |axis, state| Energised { position: 4, axis, state, error_code: 0x7305 };
         let text = BusError::Energised(vec![on(None, State::OperationEnabled), on(Some(2), Fault)]);

@@ -71,15 +71,6 @@ impl<L: Link> Bus<L> {
         })
     }
 
-    /// Why a drive left OP; it keeps the code until the error is acknowledged.
-    fn al_status_code(&mut self, axis: usize) -> Option<u16> {
-        let address = with_group!(&self.group, group => {
-            group.subdevice(self.main, self.order[axis]).ok()?.configured_address()
-        });
-        let read = Command::fprd(address, al::STATUS_CODE).receive::<u16>(self.main);
-        self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok().filter(|code| *code != 0)
-    }
-
     fn request(&mut self, state: u8) {
         request(&mut self.wire, self.main, state);
     }

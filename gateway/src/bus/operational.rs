@@ -27,15 +27,11 @@ pub async fn not_reached(
 ) -> BusError {
     let mut codes = Vec::new();
     for (axis, drive) in config.drive.iter().enumerate() {
-        let code = status_code(main, drive.position).await.filter(|code| *code != 0);
+        let read = Command::fprd(FIRST_ADDRESS + drive.position, al::STATUS_CODE);
+        let code = read.receive::<u16>(main).await.ok().filter(|code| *code != 0);
         codes.extend(code.map(|code| (axis, drive.position, code)));
     }
     BusError::Refused(why, codes)
-}
-
-async fn status_code(main: &'static MainDevice<'static>, position: u16) -> Option<u16> {
-    let read = Command::fprd(FIRST_ADDRESS + position, al::STATUS_CODE);
-    read.ignore_wkc().receive::<u16>(main).await.ok()
 }
 
 /// Send zero torque cyclically until every drive reports OP and the mode of the configuration.
@@ -89,10 +85,7 @@ fn not_in_op<L: Link>(bus: &mut Bus<L>, config: &Config) -> BusError {
     let states = bus.reply().al_state;
     let mut late = Vec::new();
     for (axis, status) in states.into_iter().enumerate().filter(|(_, s)| *s != al::OP) {
-        let position = config.drive[axis].position;
-        let ask = status_code(bus.main, position);
-        let code = bus.wire.drive(ask, now_ns() + REPLY_NS).flatten();
-        late.push((axis, position, (status, code.filter(|code| *code != 0))));
+        late.push((axis, config.drive[axis].position, (status, bus.al_status_code(axis))));
     }
     BusError::Late(config.bus.state_timeout_ms, late)
 }

@@ -45,7 +45,7 @@ impl<L: Link> ControlLoop<'_, L> {
         let states = reply.statusword.map(cia402::state);
         if let Some(axis) = reply.al_state.iter().position(|al| al & al::STATE != al::OP) {
             let al = reply.al_state[axis];
-            self.refuse(Refusal::AlState { axis, al });
+            self.refuse(Refusal::AlState { axis, al, code: None });
             return false;
         }
         let faulty = states.iter().position(|s| *s == State::Fault);

@@ -173,10 +173,15 @@ impl Outcome {
 
     /// Causes that only the drives know: of a fault whose code is not in the process data, of an AL state.
     pub fn open_questions(&self) -> Ask {
-        Ask {
-            error_code: self.axis_of(|trip| trip.reason == Reason::DriveFault && trip.value == 0.0),
-            al_code: self.axis_of(|trip| trip.reason == Reason::AlState),
-        }
+        let (error_code, al_code) = match &self.ending {
+            Ending::Refused(Refusal::DriveFault { axis, code: 0 }) => (Some(*axis), None),
+            Ending::Refused(Refusal::AlState { axis, .. }) => (None, Some(*axis)),
+            _ => (
+                self.axis_of(|trip| trip.reason == Reason::DriveFault && trip.value == 0.0),
+                self.axis_of(|trip| trip.reason == Reason::AlState),
+            ),
+        };
+        Ask { error_code, al_code }
     }
 
     fn axis_of(&self, wanted: impl Fn(&Trip) -> bool) -> Option<usize> {
@@ -197,6 +202,10 @@ impl Outcome {
         }
         let text = al_code.map(al::describe);
         match (&mut self.ending, text) {
+            (Ending::Refused(Refusal::DriveFault { code, .. }), _) => {
+                *code = error_code.unwrap_or(*code);
+            }
+            (Ending::Refused(Refusal::AlState { code, .. }), _) => *code = al_code,
             (Ending::Tripped(trip, detail), Some(text)) if trip.reason == Reason::AlState => {
                 *detail = text;
             }

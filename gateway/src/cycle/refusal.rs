@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::bus::al;
 use crate::bus::cia402::State;
 use crate::config::AXES;
 use crate::rules::Trip;
@@ -12,10 +13,13 @@ use crate::tasks::Failure;
 pub enum Refusal {
     /// Too many replies were lost or incomplete.
     Replies(Trip),
+    /// Its code is read when the run is over.
     AlState {
         axis: usize,
         al: u8,
+        code: Option<u16>,
     },
+    /// The same of a code 0.
     DriveFault {
         axis: usize,
         code: u16,
@@ -87,8 +91,13 @@ impl fmt::Display for Refusal {
             Refusal::Replies(trip) => {
                 write!(f, "while the drives were being enabled: {trip}: check cables and supplies")
             }
-            Refusal::AlState { axis, al } => {
-                write!(f, "axis {}: AL status {al:#04x} while enabling, expected OP", axis + 1)
+            Refusal::AlState { axis, al, code } => {
+                let (axis, state) = (axis + 1, al::name(*al));
+                write!(f, "axis {axis}: {state} (AL status {al:#04x}) while enabling, expected OP: ")?;
+                match code {
+                    Some(code) => f.write_str(&al::describe(*code)),
+                    None => f.write_str("AL status code not read: check the cable"),
+                }
             }
             Refusal::DriveFault { axis, code } => {
                 write!(f, "axis {}: drive fault {code:#06x} while enabling", axis + 1)

@@ -69,10 +69,10 @@ fn devices_behind_a_cut_cable_are_named_as_not_read() {
 }
 
 /// A line on which so many replies to questions about a register are lost.
-struct Deaf<'a> {
-    line: &'a mut Line,
-    register: [u8; 2],
-    lost: u64,
+pub struct Deaf<'a> {
+    pub line: &'a mut Line,
+    pub register: [u8; 2],
+    pub lost: u64,
 }
 
 impl Link for &mut Deaf<'_> {
@@ -112,7 +112,7 @@ fn a_lost_reply_does_not_say_that_no_watchdog_runs() {
 }
 
 /// The bus with distributed clocks: in lockstep only a replayed run has them. After so many cycles.
-fn clocks(line: &mut Line, config: &Config, cycles: usize) -> Result<Clocks, String> {
+pub fn clocks(line: impl Link, config: &Config, cycles: usize) -> Result<Clocks, String> {
     let options = BringUpOptions {
         cycle: CYCLE,
         lockstep: true,
@@ -126,18 +126,6 @@ fn clocks(line: &mut Line, config: &Config, cycles: usize) -> Result<Clocks, Str
         assert!(bus.exchange(u64::MAX).answered);
     }
     Ok(bus.leave(Ask::default(), &[true; AXES]).clocks)
-}
-
-#[test]
-fn drives_that_left_op_meanwhile_are_told_by_their_al_status() {
-    let lost = "kind = 'frame_lost'\nacting = 'before'\ncounting = 'frames'\ncycle = 2\ncount = 6";
-    let mut config = config();
-    // four cycles
-    config.bus.watchdog_ms = 1;
-    let mut line = Line::open(&format!("[[fault]]\n{lost}"));
-    let why = clocks(&mut line, &config, 0).unwrap_err();
-    assert!(why.contains("axis 1, position 0: SAFE-OP, AL status code 0x001b"), "{why}");
-    assert!(!why.contains("EEPROM"), "{why}");
 }
 
 #[test]

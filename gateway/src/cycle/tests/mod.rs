@@ -1,5 +1,6 @@
 //! Whole runs in the process of the test.
 
+mod al_codes;
 mod arming;
 mod bring_up;
 mod links;
