@@ -23,6 +23,8 @@ PUSH = 80
 ENDS = ("done", "ctrl-c", "speed", "push")
 FAULTS = ("drive_fault", "sto", "encoder_jump", "encoder_frozen", "cable_cut")
 """Faults of the emulator after which no drive, or not every one, can hold the machine."""
+HELD_BY_FIVE = ("drive_fault", "encoder_jump", "encoder_frozen")
+"""Those that lead to `damp`: five drives land the machine, one brakes its axis."""
 JUMP = 1_000_000
 """Counts: 1.5 mrad."""
 LIMIT = 0.52
@@ -75,8 +77,10 @@ def over(motion: Motion, plant: Path | None) -> int:
     return (OTHER_LIFTED if plant else LIFTED) + round(motion.end / TS)
 
 
-def run(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) -> Fallen:
-    """Lift-off, as much of the motion as there is, landing."""
+def run(
+    motion: Motion, ssp: Path, folder: Path, plant: Path | None = None, stop: str | None = None
+) -> Fallen:
+    """Lift-off, as much of the motion as there is, landing; stop: in the place of `damp`."""
     at, more = over(motion, plant), {}
     seconds = motion.end
     if motion.how == "ctrl-c":
@@ -88,6 +92,11 @@ def run(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) -> F
         seconds = 10.0
         size = {"size": JUMP} if motion.how == "encoder_jump" else {}
         more = {"options": fault(motion.how, at, position=3, **size)}
+        if stop is not None:
+            more["changes"] = (
+                ('frozen_encoder = "damp"', f'frozen_encoder = "{stop}"\njump = "{stop}"'),
+                ('drive_fault = "damp"', f'drive_fault = "{stop}"'),
+            )
     elif motion.how == "speed":
         # a limit that the motion meets about there
         share = 0.95 * motion.peak * min(1.0, motion.end / motion.time)
@@ -99,10 +108,12 @@ def run(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) -> F
     return played(ssp, folder, way, **arguments)
 
 
-def ended(motion: Motion, ssp: Path, folder: Path, plant: Path | None = None) -> str:
+def ended(
+    motion: Motion, ssp: Path, folder: Path, plant: Path | None = None, stop: str | None = None
+) -> str:
     """What became of a motion; raises AssertionError for what must not."""
     try:
-        fallen = run(motion, ssp, folder, plant)
+        fallen = run(motion, ssp, folder, plant, stop)
     except TrajectoryError as error:
         return f"refused: {str(error).partition(', ')[2]}"
     if fallen.ran.code == 3:

@@ -13,7 +13,7 @@ from collections import Counter
 from pathlib import Path
 
 from tests.conftest import ROOT
-from tests.gateway.motions import ENDS, FAULTS, drawn, ended
+from tests.gateway.motions import ENDS, FAULTS, HELD_BY_FIVE, drawn, ended
 
 OUTCOMES = ("WRONG", "refused", "faster than 1 rad/s", "on its stop", "landed", "fell")
 
@@ -25,15 +25,21 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--other", action="store_true", help="a machine that is not the model")
     parser.add_argument("--landings", action="store_true", help="no faults that take the power")
+    parser.add_argument(
+        "--five",
+        choices=("damp", "zero", "quick_stop"),
+        help="only faults that leave five drives, with this stop",
+    )
     words = parser.parse_args()
     ssp = ROOT / "out" / "hexapod.ssp"
     plant = ROOT / "out" / "machine" / "hexapod.ssp" if words.other else None
     counts: Counter[str] = Counter()
     hows = ENDS if words.landings else (*ENDS, *FAULTS)
-    for motion in drawn(words.seed, words.count, hows):
+    motions = drawn(words.seed, words.count, hows)
+    for motion in (m for m in motions if words.five is None or m.how in HELD_BY_FIVE):
         with tempfile.TemporaryDirectory() as folder:
             try:
-                text = ended(motion, ssp, Path(folder), plant)
+                text = ended(motion, ssp, Path(folder), plant, words.five)
             except AssertionError as why:
                 text = f"WRONG {str(why).splitlines()[0] if str(why) else 'without a word'}"
         counts[next(outcome for outcome in OUTCOMES if outcome in text)] += 1
