@@ -96,10 +96,13 @@ def test_ctrl_c_counts_from_the_start_whatever_the_starter_ignores(
 
 
 def test_ctrl_c_counts_while_replies_are_incomplete(hexapod_ssp: Path, tmp_path: Path) -> None:
-    """The drives are being enabled; one of them does not take part."""
+    """The drives are being enabled; one takes no part, which is borne for long here."""
+    borne = [("working_counter_limit = 3", "working_counter_limit = 1000")]
     short = 'kind = "wkc_short"\ncounting = "frames"\ncycle = 17\ncount = 0\nposition = 2\n'
     options = f"[[fault]]\n{short}" + at_frame(FIRST + 60)
-    ran = Bench(hexapod_ssp, tmp_path).run(options=options, paused=gets(signal.SIGINT))
+    ran = Bench(hexapod_ssp, tmp_path).run(
+        options=options, changes=borne, paused=gets(signal.SIGINT)
+    )
     assert ran.code == 0, ran.words
     assert "stopped on request" in ran.words
     # its own watchdog has acted, as nothing reached it
