@@ -28,6 +28,8 @@ pub struct Workspace {
     at: Axes,
     /// Where a landing leads from every pose, if that is known.
     rest: Option<Axes>,
+    /// Whether the way from the rest pose has been judged.
+    lifted: bool,
     /// None: the system has no model that the reference alone feeds.
     dynamics: Option<Dynamics>,
     brakes: Brakes,
@@ -66,6 +68,7 @@ impl Workspace {
             watched: (0, Gain::default()),
             at,
             rest,
+            lifted: false,
             dynamics: Dynamics::of(system, reference, feedforward, purpose)?,
             brakes: Brakes::of(config, system.base_step()),
         }))
@@ -79,9 +82,12 @@ impl Workspace {
         if let Some(rest) = self.rest {
             self.way(to, &rest)?;
         }
-        self.lifts(to)?;
+        // the lift-off leads to the first pose; from there on the drives carry the machine
+        if !self.lifted {
+            self.lifts(to)?;
+        }
         self.carries(&from, to)?;
-        self.at = *to;
+        (self.at, self.lifted) = (*to, true);
         Ok(())
     }
 
