@@ -24,8 +24,6 @@ from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.scores import Score, torque_beyond
 
 Array = NDArray[np.float64]
-Effects = Sequence[tuple[Score, tuple[Term, ...]]]
-"""Effects that were accepted, each with its columns and those of the errors of its form."""
 
 
 def with_blur(

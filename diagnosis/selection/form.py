@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 ARGUMENTS, LOADED, PLACES = ("angle", "rate"), ("angle", "rate", "torque"), 5
 """What a factor is smooth in, the same of what goes with the torque; places along each range."""
 MANY = 40
-"""Places of a factor that need not be smooth."""
+"""Places of a factor that need not be smooth. Halved or doubled it leaves the names of four axes as
+they are, with friction and a wave and its harmonic, a bump, or Stribeck friction (twice)."""
 STEPS = 20
 """Times that errors of form that are too large are made smaller, at most."""
 

@@ -46,15 +46,10 @@ def generic_score(
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
-def part_of_generic(
-    moments: Moments,
-    whole: NamelessHypothesis,
-    part: NamelessHypothesis,
-    sizes: Sequence[float] = SIZES,
-) -> float:
+def part_of_generic(moments: Moments, whole: NamelessHypothesis, part: NamelessHypothesis) -> float:
     """Relative RMS of one kind of something without a name within all kinds together, as far as
     these say which it is."""
-    fit, priors = moments.fit(None), [size**-2.0 for size in sizes]
+    fit, priors = moments.fit(None), [size**-2.0 for size in SIZES]
     moved, S, r = _left_of(fit, *whole.within.beside(moments).without(None))
     way = whole.ways[0]
     values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)

@@ -86,9 +86,9 @@ def _only_parts(
     selection: Selection,
     criteria: Criteria,
 ) -> tuple[int, ...]:
-    """Places of the functions of the angle that are only parts of one that has no name, of this
-    relative RMS beside them: smaller than that, or than that and such parts, leave a name, and no
-    more than that makes up for, as it does not for a wave that is faster."""
+    """Places of the functions of the angle that are only parts of one that has no name; size: of
+    that beside them, relative RMS. A part is too small to keep its name beside it (and beside the
+    other parts), and it could take the part's place, as it cannot that of a faster wave."""
     if not placed:
         return ()
     explained = selection.explained[own[0].score.hypothesis.axis or 0]
