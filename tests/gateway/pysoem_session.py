@@ -1,8 +1,9 @@
 """An independent EtherCAT master (SOEM through pysoem) brings the drives to OP and cycles them.
 
-    python pysoem_session.py INTERFACE akd|cst CYCLES [--vanish]
+    python pysoem_session.py INTERFACE akd|cst CYCLES [--vanish | --stalled PID]
 
 --vanish: it ends in the middle of its cycles and leaves the drives in OP with power.
+--stalled: in the end the drives' process PID stops before it answers a frame, and is continued.
 
 Prints what it saw as one JSON object. Run as a program of its own, because a network namespace
 belongs to a process.
@@ -12,9 +13,12 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import struct
 import sys
+import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pysoem
@@ -23,6 +27,9 @@ Write = Callable[[int, int, str, int], None]
 PATIENCE_US = 2_000_000
 """A reply that takes longer is counted as lost. In lockstep it takes some 20 us, but on a busy
 computer the other side may have to wait for its turn; SOEM's own 2 ms would lose frames then."""
+STALL_S = 0.02
+"""The drives' process stands still at least as long."""
+SOON_US = 2_000
 TIME_DIFFERENCE = 0x092C
 FORMATS = {"akd": ("<HbBi", "<HbBiii"), "cst": ("<HbBh", "<HbBihH")}
 MODES = {"akd": 4, "cst": 10}
@@ -110,6 +117,24 @@ def configure(master: Any, kind: str) -> dict[str, Any]:
     return seen
 
 
+def moved_in_a_stall(master: Any, kind: str, drives: int) -> int:
+    """Counts that the first axis moves by while the drives' process stands still.
+
+    It stops before it answers a frame; when it goes on, the next frame is waiting.
+    """
+    _, inp = FORMATS[kind]
+    state = Path(f"/proc/{drives}/stat")
+    while state.read_text().rpartition(")")[2].split()[0] != "T":
+        before = struct.unpack(inp, master.slaves[0].input)[3]
+        master.send_processdata()
+        master.receive_processdata(SOON_US)
+    time.sleep(STALL_S)
+    master.send_processdata()
+    os.kill(drives, signal.SIGCONT)
+    assert master.receive_processdata(PATIENCE_US) == master.expected_wkc
+    return int(struct.unpack(inp, master.slaves[0].input)[3] - before)
+
+
 def cycle(master: Any, kind: str, cycles: int) -> dict[str, Any]:
     """Enables, then cycles of plant time under `target`; ends disabled."""
     out, inp = FORMATS[kind]
@@ -129,9 +154,12 @@ def cycle(master: Any, kind: str, cycles: int) -> dict[str, Any]:
             n += 1
     if "--vanish" in sys.argv:
         os._exit(0)
+    seen: dict[str, Any] = {}
+    if "--stalled" in sys.argv:
+        seen["moved"] = moved_in_a_stall(master, kind, int(sys.argv[-1]))
     differences = [s._fprd(TIME_DIFFERENCE, 4) for s in master.slaves]
     exchange(master, [struct.pack(out, 0, MODES[kind], 0, 0)] * len(status))
-    return {
+    return seen | {
         "counters": sorted(counters),
         "rows": rows,
         "clock_ns": [int.from_bytes(d, "little") & 0x7FFFFFFF for d in differences[1:]],

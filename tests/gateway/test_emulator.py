@@ -18,11 +18,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.gateway.alone import paused
 from tests.gateway.bench import columns
 from tests.gateway.cable import Cable, cable
 from tests.gateway.cargo import built
 from tests.gateway.decoder import capturing, decode, malformed, need_tshark
-from tests.gateway.pysoem_session import target
+from tests.gateway.pysoem_session import STALL_S, target
 
 SESSION = Path(__file__).with_name("pysoem_session.py")
 CYCLES = 4000
@@ -42,28 +43,31 @@ def need_pysoem() -> None:
 
 
 @contextmanager
-def drives(ends: Cable, folder: Path, kind: str, options: str = "") -> Iterator[list[Any]]:
-    """Emulated drives in lockstep; their events are there when the block has ended."""
+def drives(
+    ends: Cable, folder: Path, kind: str, options: str = "", lockstep: bool = True
+) -> Iterator[tuple[list[Any], int]]:
+    """Events of emulated drives, all there when the block has ended, and their process."""
     program = built() / "flexhex-emulator"
     file = folder / "drives.toml"
     file.write_text(options)
-    words = [program, "--interface", "bus0", "--json", "--lockstep", "--drives", kind]
+    words = [program, "--interface", "bus0", "--json", "--drives", kind]
+    words += ["--lockstep"] * lockstep
     words += ["--options", file, "--log", folder / "drives.csv"]
     process = subprocess.Popen(ends.at(ends.drives, words), stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     events: list[Any] = [json.loads(process.stdout.readline())]
     assert events[0]["event"] == "ready"
     try:
-        yield events
+        yield events, process.pid
     finally:
         process.terminate()
         events += map(json.loads, process.communicate(timeout=LIMIT_S)[0].splitlines())
     assert process.returncode == 0
 
 
-def session(ends: Cable, kind: str, *words: object) -> dict[str, Any]:
+def session(ends: Cable, kind: str, *words: object, cycles: int = CYCLES) -> dict[str, Any]:
     """Observations of the independent master."""
-    command = ends.at(ends.gateway, [sys.executable, SESSION, "bus1", kind, CYCLES, *words])
+    command = ends.at(ends.gateway, [sys.executable, SESSION, "bus1", kind, cycles, *words])
     done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout) if done.stdout else {}
@@ -86,7 +90,7 @@ def flywheels(kind: str) -> tuple[Table, Table]:
 @pytest.mark.parametrize("kind", ["akd", pytest.param("cst", marks=pytest.mark.slow)])
 def test_an_independent_master_reaches_op_and_moves_the_drives(kind: str, tmp_path: Path) -> None:
     need_pysoem()
-    with cable() as ends, drives(ends, tmp_path, kind) as events:
+    with cable() as ends, drives(ends, tmp_path, kind) as (events, _):
         seen = session(ends, kind)
     vendor, product = {"akd": (0x6A, 0x414B44), "cst": (0xF1E, 0x4020010)}[kind]
     assert seen["found"] == 6
@@ -128,7 +132,7 @@ def test_the_same_session_gives_the_same_bits(tmp_path: Path) -> None:
     need_pysoem()
     digests = []
     for _ in range(2):
-        with cable() as ends, drives(ends, tmp_path, "akd") as events:
+        with cable() as ends, drives(ends, tmp_path, "akd") as (events, _):
             session(ends, "akd")
         digests.append(events[-1]["digest"])
     assert digests[0] == digests[1]
@@ -137,7 +141,7 @@ def test_the_same_session_gives_the_same_bits(tmp_path: Path) -> None:
 def test_a_master_that_vanishes_ends_in_the_watchdog_at_its_cycle(tmp_path: Path) -> None:
     need_pysoem()
     # real seconds until the silence is noticed; the cycles do not depend on them
-    with cable() as ends, drives(ends, tmp_path, "akd", "silence_s = 0.2") as events:
+    with cable() as ends, drives(ends, tmp_path, "akd", "silence_s = 0.2") as (events, _):
         session(ends, "akd", "--vanish")
         time.sleep(1.0)
     silence = next(one for one in events if one["event"] == "silence")
@@ -148,6 +152,16 @@ def test_a_master_that_vanishes_ends_in_the_watchdog_at_its_cycle(tmp_path: Path
     assert [one["cycle"] for one in events if one["event"] == "torque_zero"] == expired
     faults = [one for one in events if one["event"] == "drive" and one["to"].startswith("fault")]
     assert {one["error"] for one in faults} == {0x8130}
+
+
+def test_by_the_clock_no_frame_after_a_stall_is_answered_with_an_old_angle(tmp_path: Path) -> None:
+    need_pysoem()
+    options = paused(4000)
+    with cable() as ends, drives(ends, tmp_path, "akd", options, lockstep=False) as (_, process):
+        seen = session(ends, "akd", "--stalled", process, cycles=200)
+    # a second under the torque of frame 199, of which the flywheel has the time constant 0.25 s
+    speed = target(199, 0) * TORQUE_STEP["akd"] / FRICTION
+    assert seen["moved"] / (speed * STALL_S / ANGLE_STEP) > 0.9
 
 
 def test_an_independent_decoder_finds_no_malformed_frame(tmp_path: Path) -> None:

@@ -13,8 +13,6 @@ use std::time::{Duration, Instant};
 static STOP: AtomicBool = AtomicBool::new(false);
 /// Set by SIGUSR1: nobody sends frames any more.
 static GONE: AtomicBool = AtomicBool::new(false);
-/// Most frames that are processed in a row.
-const MOST_FRAMES: usize = 16;
 /// Longest sleep, so that a signal just before it is not missed for long.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 /// Delay [base steps] beyond which steps are skipped rather than caught up.
@@ -37,6 +35,10 @@ fn catch_signals() {
         // SAFETY: the handlers only store to an atomic, which is allowed in a handler.
         unsafe { libc::signal(signal, handler) };
     }
+}
+
+fn failed(error: std::io::Error) -> Error {
+    Error::new(format!("the interface failed: {error}: check it with `ip link`"))
 }
 
 struct Run {
@@ -89,7 +91,8 @@ impl Run {
         let mut last = Instant::now();
         let mut silent = false;
         while !self.done() {
-            if self.frames()? > 0 {
+            if let Some(length) = self.next_frame()? {
+                self.answer(length)?;
                 last = Instant::now();
                 silent = false;
             } else if GONE.swap(false, Ordering::Relaxed)
@@ -126,12 +129,13 @@ impl Run {
     }
 
     /// The plant steps at SYNC0, so the time of a frame within the cycle has no effect. Overdue steps
-    /// are done before the next frame is processed, so that no reply shows an old angle; watchdogs
-    /// count only up to the last look for frames meanwhile.
+    /// are done before each frame is processed, also those of a time in which this process stood still,
+    /// so that no reply shows an old angle; watchdogs count only up to the last look for frames meanwhile.
     fn wall_clock(&mut self, dt: i64) -> Result<(), Error> {
         let mut next = self.wall() + dt;
         let mut looked = self.wall();
         while !self.done() {
+            let frame = self.next_frame()?;
             let now = self.wall();
             if now >= next + dt * LONGEST_BACKLOG {
                 next = now;
@@ -141,8 +145,11 @@ impl Run {
                 next = self.machine.nearest_sync0(next + dt);
             }
             self.print()?;
+            looked = now;
             let waits = self.machine.cycle().is_none();
-            if self.frames()? == 0 {
+            if let Some(length) = frame {
+                self.answer(length)?;
+            } else {
                 let left = Duration::from_nanos((next - self.wall()).max(0) as u64);
                 self.socket.wait(Some(left.min(LONGEST_SLEEP)));
             }
@@ -151,7 +158,6 @@ impl Run {
                 let middle = self.wall() + dt / 2;
                 next = self.machine.nearest_sync0(middle);
             }
-            looked = self.wall();
         }
         Ok(())
     }
@@ -160,26 +166,21 @@ impl Run {
         self.begun.elapsed().as_nanos() as i64
     }
 
-    /// Processes waiting frames, at most MOST_FRAMES as the plant must keep time; returns their number.
-    fn frames(&mut self) -> Result<usize, Error> {
-        let wrong = |error: std::io::Error| {
-            Error::new(format!("the interface failed: {error}: check it with `ip link`"))
-        };
-        let mut count = 0;
-        while count < MOST_FRAMES && !self.done() {
-            let wall = self.wall();
-            let Some(frame) = self.socket.receive(&mut self.buffer).map_err(wrong)? else {
-                break;
-            };
-            count += 1;
-            self.machine.receive(frame, wall, &mut self.out)?;
-            self.pause()?;
-            for reply in self.out.drain(..) {
-                self.socket.send(&reply).map_err(wrong)?;
-            }
-            self.print()?;
+    /// The length of the next frame, which lies in the buffer; None: nothing is waiting.
+    fn next_frame(&mut self) -> Result<Option<usize>, Error> {
+        let frame = self.socket.receive(&mut self.buffer).map_err(failed)?;
+        Ok(frame.map(<[u8]>::len))
+    }
+
+    /// Processes the frame in the buffer and sends the replies.
+    fn answer(&mut self, length: usize) -> Result<(), Error> {
+        let wall = self.wall();
+        self.machine.receive(&self.buffer[..length], wall, &mut self.out)?;
+        self.pause()?;
+        for reply in self.out.drain(..) {
+            self.socket.send(&reply).map_err(failed)?;
         }
-        Ok(count)
+        self.print()
     }
 
     /// Where a fault wants it: this process stands still before it answers, until it is continued (SIGCONT).
