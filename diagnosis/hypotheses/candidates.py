@@ -86,7 +86,8 @@ class Bench:
     @cached_property
     def scales(self) -> Scales:
         """Sizes of the library for each axis."""
-        return Scales.of(self.model, [item.effect for item in self.effects.values()])
+        effects = [item.effect for item in self.effects.values()]
+        return Scales.of(self.model, effects, self.across)
 
     def searched(self, name: str, axis: int) -> list[Shape]:
         """Shapes of an effect that may take any value between bounds for an axis."""

@@ -17,6 +17,9 @@ USUAL_TORQUE, USUAL_MOTION, USUAL_RATE = 0.8, 0.1, 0.35
 in these units are for. Others have them in proportion: torques, angles and rates by powers of two,
 lengths and speeds along a line exactly. Orders of an angle are the library's: a turn is a turn on
 every machine."""
+USUAL_TIME = 200.0
+"""Time [s] that the library's long time constants are around, from a tenth of it to ten times it: of a
+shorter one all is over soon, a longer one is a straight line."""
 TURNS, RATE = "1/rad", "rad/s"
 
 
@@ -24,17 +27,19 @@ TURNS, RATE = "1/rad", "rad/s"
 class Scales:
     """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
     what the library's sizes are for; peaks: largest torque of each axis; usual: the larger of its
-    RMS about the mean and its median magnitude [N m]; effects: by id."""
+    RMS about the mean and its median magnitude [N m]; time: that the runs tell, relative to the
+    library's; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
     peaks: tuple[float, ...]
     usual: tuple[float, ...]
+    time: float
     effects: Mapping[str, Effect]
 
     @staticmethod
-    def of(model: Calibrated, effects: Sequence[Effect]) -> Scales:
-        """Of runs and their base model."""
+    def of(model: Calibrated, effects: Sequence[Effect], across: bool = False) -> Scales:
+        """Of runs and their base model; across: time goes on from run to run."""
         kinds, tiny = kinds_of(model.base, model.base.n), np.finfo(float).tiny
         angles = np.concatenate([b.run.motion.theta[b.run.valid] for b in model.blocks]).std(axis=0)
         rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in model.blocks])
@@ -48,8 +53,10 @@ class Scales:
         taus = np.abs(np.concatenate([b.run.tau.values[b.run.tau.valid] for b in model.blocks]))
         peaks = tuple(np.maximum(taus.max(axis=0), tiny).tolist())
         usual = tuple(np.maximum(model.torque_rms, np.median(taus, axis=0)).tolist())
+        ends = [b.run.motion.time[-1] - b.run.motion.t0 + across * b.run.start for b in model.blocks]
+        time = _power_of_two(max(float(max(ends)), tiny) / USUAL_TIME)
         known = {effect.id: effect for effect in effects}
-        return Scales(kinds, tuple(ranges), peaks, usual, known)
+        return Scales(kinds, tuple(ranges), peaks, usual, time, known)
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -64,6 +71,8 @@ class Scales:
         """How much larger a shape of the library is on an axis."""
         if shape.as_is:
             return 1.0
+        if shape.of_time:
+            return self.time
         return self.peaks[axis] if shape.of_peak else self.scale(shape.unit, axis)
 
     def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:

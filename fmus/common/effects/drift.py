@@ -17,7 +17,8 @@ from flexhex.fmus.common.effects.effect import (
     State,
 )
 
-TIME = Shape("T", "s", 1.0, 1e5, 600.0, (20.0, 60.0, 200.0, 600.0, 2000.0), "thermal time constant")
+GRID = (20.0, 60.0, 200.0, 600.0, 2000.0)
+TIME = Shape("T", "s", 1.0, 1e5, 600.0, GRID, "thermal time constant", of_time=True)
 LONG = Experiment("random", {"duration": 50.0, "passes": 12.0})
 
 
