@@ -1,8 +1,8 @@
 """An answer of `flexhex diagnose --json` against a sealed truth, one outcome a case.
 
 - `nothing`, and a payload that is announced: `silent`, `unknown`, `false_alarm`
-- one effect of the library: `right` (an accepted name alone, on exactly its axes; or only
-  parameters, one of which is accepted: a name that ends with a dot is the start of theirs),
+- one effect of the library: `right` (an accepted name alone, on its axes and no other, of which
+  those where it is too faint to be seen may be left out; or only parameters, one of which is accepted: a name that ends with a dot is the start of theirs),
   `right_name_wrong_axes`, `ambiguous` (its axes right, one of several that are called
   indistinguishable), `wrong` (another name), `missed` (nothing named; observable), `silent`
   (nothing named; too faint to be seen), `unknown` (a residual is reported without a name)
@@ -151,9 +151,19 @@ def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str
     ]
     for listed, word in ((alone, "right"), (several, "ambiguous")):
         where = set[int]().union(*(e.get("axes") or axes for e in listed))
-        if listed and where == axes:
+        if listed and _visible(hidden) <= where <= axes:
             return word
     return "right_name_wrong_axes" if alone or several else ""
+
+
+def _visible(hidden: Mapping[str, Any]) -> set[int]:
+    """The axes of an effect on which it can be seen; of one that is too faint everywhere, that where
+    it is the least so."""
+    sizes = hidden.get("observable_per_axis")
+    if sizes is None:
+        return set(hidden["axes"])
+    own = {axis: sizes[axis - 1] for axis in hidden["axes"]}
+    return {axis for axis, size in own.items() if size >= min(FAINT, max(own.values()))}
 
 
 def _outcome(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> str:

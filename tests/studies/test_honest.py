@@ -50,6 +50,12 @@ DRAG, FAINT = truth("single", hides("drag", [2])), truth("single", hides("drag",
 DENT = truth("outside", hides("dent", [1], 0.02, False))
 SMALL_DENT = truth("outside", hides("dent", [1], 0.009, False))
 TILT = truth("single", {**hides("tilt", [1, 2]), "accept": ["tilt", "gravity."]})
+SEEN_ON = truth(
+    "single", {**hides("drag", [1, 2]), "observable_per_axis": [0.002, 0.02, 0.02, 0.0]}
+)
+FAINT_ON = truth(
+    "single", {**hides("drag", [1, 2], 0.003), "observable_per_axis": [0.001, 0.003, 0.0, 0.0]}
+)
 TWO = truth("pair", hides("drag", [2]), hides("bend", [4]))
 HEAVY = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."]}])
 LIGHT = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."], "observable": 0.003}])
@@ -71,6 +77,12 @@ NONE, UNKNOWN, DUMB = said("none"), said("unknown"), said("cannot tell")
         (DRAG, said("ambiguous", effect("drag", [2], "drag_too")), "right"),
         (DRAG, said("named", effect("drag", [2, 3])), "right_name_wrong_axes"),
         (DRAG, said("named", effect("drag", [3])), "right_name_wrong_axes"),
+        (SEEN_ON, said("named", effect("drag", [1, 2])), "right"),
+        (SEEN_ON, said("named", effect("drag", [2])), "right"),
+        (SEEN_ON, said("named", effect("drag", [1])), "right_name_wrong_axes"),
+        (SEEN_ON, said("named", effect("drag", [2, 3])), "right_name_wrong_axes"),
+        (FAINT_ON, said("named", effect("drag", [2])), "right"),
+        (FAINT_ON, said("named", effect("drag", [1])), "right_name_wrong_axes"),
         (DRAG, said("ambiguous", effect("bend", [2], "drag")), "ambiguous"),
         (DRAG, said("ambiguous", effect("bend", [2], "a", "b", "drag")), "wrong"),
         (DRAG, said("named", effect("bend", [2])), "wrong"),
