@@ -2,7 +2,8 @@
 
 - `nothing`, and a payload that is announced: `silent`, `unknown`, `false_alarm`
 - one effect of the library: `right` (an accepted name alone, on its axes and no other, of which
-  those where it is too faint to be seen may be left out; or only parameters, one of which is accepted: a name that ends with a dot is the start of theirs),
+  those where it is too faint to be seen may be left out; or only parameters, one of which is
+  accepted: a name that ends with a dot is the start of theirs),
   `right_name_wrong_axes`, `ambiguous` (its axes right, one of several that are called
   indistinguishable), `wrong` (another name), `missed` (nothing named; observable), `silent`
   (nothing named; too faint to be seen), `unknown` (a residual is reported without a name)
@@ -157,8 +158,8 @@ def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str
 
 
 def _visible(hidden: Mapping[str, Any]) -> set[int]:
-    """The axes of an effect on which it can be seen; of one that is too faint everywhere, that where
-    it is the least so."""
+    """The axes of an effect on which it can be seen; of one that is too faint everywhere, that
+    where it is the least so."""
     sizes = hidden.get("observable_per_axis")
     if sizes is None:
         return set(hidden["axes"])

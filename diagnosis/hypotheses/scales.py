@@ -53,7 +53,9 @@ class Scales:
         taus = np.abs(np.concatenate([b.run.tau.values[b.run.tau.valid] for b in model.blocks]))
         peaks = tuple(np.maximum(taus.max(axis=0), tiny).tolist())
         usual = tuple(np.maximum(model.torque_rms, np.median(taus, axis=0)).tolist())
-        ends = [b.run.motion.time[-1] - b.run.motion.t0 + across * b.run.start for b in model.blocks]
+        ends = [
+            b.run.motion.time[-1] - b.run.motion.t0 + across * b.run.start for b in model.blocks
+        ]
         time = _power_of_two(max(float(max(ends)), tiny) / USUAL_TIME)
         known = {effect.id: effect for effect in effects}
         return Scales(kinds, tuple(ranges), peaks, usual, time, known)
