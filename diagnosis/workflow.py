@@ -245,4 +245,5 @@ def _verdict(
             )
             return "changed" if changed else "cannot tell"
         return "unknown"
-    return "changed" if changed else "none"
+    unconfirmed = any(side.unconfirmed for side in sides)
+    return "changed" if changed else "cannot tell" if unconfirmed else "none"

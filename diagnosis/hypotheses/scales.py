@@ -18,8 +18,8 @@ in these units are for. Others have them in proportion: torques, angles and rate
 lengths and speeds along a line exactly. Orders of an angle are the library's: a turn is a turn on
 every machine."""
 USUAL_TIME = 200.0
-"""Time [s] that the library's long time constants are around, from a tenth of it to ten times it: of a
-shorter one all is over soon, a longer one is a straight line."""
+"""Time [s] that the library's long time constants are around, from a tenth to ten times of it: of
+a shorter one all is over soon, a longer one is a straight line."""
 TURNS, RATE = "1/rad", "rad/s"
 
 

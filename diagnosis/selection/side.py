@@ -45,7 +45,8 @@ class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
     left: RMS of what repeats beside the offset and slope of runs, where no
-    effect without a name explains it [N m].
+    effect without a name explains it [N m]. unconfirmed: an effect would fit, but there is no other
+    trajectory that could show it.
     """
 
     fit: Joint
@@ -57,6 +58,7 @@ class Side:
     candidates: tuple[Candidate, ...] = ()
     rests: tuple[Rest, ...] = ()
     left: Mapping[int, float] = field(default_factory=dict)
+    unconfirmed: bool = False
 
     @property
     def matters(self) -> bool:
@@ -143,6 +145,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         tuple(_candidates(selection)),
         tuple(rests),
         {i: size * float(model.torque_rms[i]) for i, size in left.items()},
+        bool(lost) and why == UNCONFIRMED,
     )
 
 

@@ -46,8 +46,9 @@ class Shape:
 
     start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
     seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
-    numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is: it
-    takes them as they stand, for any axis; blended: real ones have several values at once, and this is the main one.
+    numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
+    it takes them as they stand, for any axis; blended: real ones have several values at once, and
+    this is the main one.
     """
 
     name: str
