@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import log
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import Axis, ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import ChangedParameter, EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Plainly = Callable[[Score], Score]
@@ -19,15 +19,13 @@ Plainly = Callable[[Score], Score]
 class Bars:
     """Least gains [nats]: of a hypothesis of any kind, as all together raise as few false alarms as
     wanted; of an effect that another axis has, which has as many chances as there are axes; beside
-    that, what errors in the form of accepted effects may have left on each axis, or on all, that
-    their columns (`form.py`) do not show, as they are smooth: how friction turns over, above all.
-    alike: share of a hypothesis' torque, in squares, that has the form of such errors on its axis.
+    that, what errors in the form of accepted effects may have left for it (`blur.py`), if there are
+    any.
     """
 
     first: float
     again: float
-    blur: Mapping[Axis, float] = field(default_factory=dict)
-    alike: Callable[[Score], float] = lambda score: 1.0
+    blur: Callable[[Score], float] | None = None
 
 
 def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:
@@ -63,12 +61,15 @@ def beyond_chance(
     least = (least + log(score.hypothesis.choices)) * score.doubt
     if score.gain <= least:
         return False
-    least, small = least + blurred(score, bars), 0.0 if whole else criteria.smallest_effect
+    if bars.blur is not None and not isinstance(score.hypothesis, ChangedParameter):
+        # what these errors do to base parameters is in the doubt of these
+        least += bars.blur(score)
+    small = 0.0 if whole else criteria.smallest_effect
 
     def enough(score: Score) -> bool:
         return score.gain > least and score.size > small
 
-    return enough(score) or (bool(bars.blur) and enough(plainly(score)))
+    return enough(score) or (bars.blur is not None and enough(plainly(score)))
 
 
 def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
@@ -83,24 +84,6 @@ def form_error(score: Score, criteria: Criteria) -> float:
     """Relative error of a hypothesis' functional form."""
     exact = isinstance(score.hypothesis, EffectHypothesis) and score.hypothesis.exact
     return criteria.error_of(exact)
-
-
-def blurred(score: Score, bars: Bars) -> float:
-    """What a hypothesis may gain [nats] by errors in the form of accepted effects: of those on its
-    axis as far as it is alike, of those on other axes as far as it is felt there. What they do to
-    base parameters is in the doubt of these."""
-    axis = score.hypothesis.axis
-    if isinstance(score.hypothesis, ChangedParameter):
-        return 0.0
-
-    def felt(other: Axis) -> float:
-        if axis is None or other is None:
-            return 1.0
-        if other == axis:
-            return bars.alike(score)
-        return score.spread[other] if score.spread else 0.0
-
-    return sum(felt(other) * left for other, left in bars.blur.items() if left > 0)
 
 
 def repeated(score: Score, known: Sequence[Score]) -> bool:

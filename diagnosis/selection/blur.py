@@ -1,20 +1,21 @@
 """What errors in the form of accepted effects may have left for a hypothesis to gain.
 
-Columns of these errors (`form.py`) are smooth; nature need not be. An error of the form of a torque
+Columns of these errors (`form.py`) are smooth; nature need not be, above all not where friction
+turns over. An error of the form of a torque
 t is t times a factor of angle, rate and torque, or t that comes early or late, or turns over within
 a wider angle. A hypothesis may gain by it only as far as its own torque is made so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.selection.bars import Bars, form_error
+from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.form import space_of_errors
@@ -26,48 +27,91 @@ from flexhex.diagnosis.selection.scores import Score, torque_beyond
 Array = NDArray[np.float64]
 
 
-def with_blur(
-    bars: Bars,
-    moments: Moments,
-    plain: Callable[[], Moments],
-    hypotheses: Hypotheses,
-    known: Sequence[tuple[Score, tuple[Term, ...]]],
-    criteria: Criteria,
-) -> Bars:
-    """Bars with what errors in the form of what was accepted may have left; plain: the model
-    without columns of these errors. Effects of an axis may share what they gain: of these it is the
-    gain of all together."""
-    blur = dict[Axis, float]()
-    for axis in {score.hypothesis.axis for score, _ in known}:
-        there = [(score, both) for score, both in known if score.hypothesis.axis == axis]
-        own = [(score, both) for score, both in there if both]
-        left = sum(_left(score, criteria) for score, _ in there)
-        alone = sum(score.gain for score, _ in own)
-        if len(own) > 1 and alone > 0:
-            whole = together(moments, [term for _, both in own for term in both])
-            left *= max(whole / alone, 1.0)
-        blur[axis] = left
+Pair = tuple[Score, tuple[Term, ...]]
+"""What was accepted, and its terms: its columns and those of the error of its form; none of a
+parameter."""
 
-    @cache
-    def spaces(axis: int) -> list[tuple[float, Array]]:
-        own = [(score, both[0]) for score, both in known if both and score.hypothesis.axis == axis]
-        listed = [_torques(plain(), hypotheses, *each) for each in own]
-        pairs = zip(own, listed, strict=True)
-        rows = hypotheses.rows
-        return [(_left(s, criteria), space_of_errors(rows, axis, *t)) for (s, _), t in pairs]
 
-    def alike(score: Score) -> float:
+@dataclass(frozen=True, eq=False)
+class Blur:
+    """Of a score, what it may gain by errors in the form of what is known [nats].
+
+    moments: the model with what is known; plain: the same without columns of these errors.
+    """
+
+    moments: Moments
+    plain: Callable[[], Moments]
+    hypotheses: Hypotheses
+    known: Sequence[Pair]
+    criteria: Criteria
+
+    def __call__(self, score: Score) -> float:
+        return felt(score, self.left, self.alike)
+
+    @cached_property
+    def left(self) -> Mapping[Axis, float]:
+        """What these errors may have left on each axis, or on all [nats]. Effects of an axis may
+        share what they gain: of these it is the gain of all together."""
+        left = dict[Axis, float]()
+        for axis in {score.hypothesis.axis for score, _ in self.known}:
+            own = self._own(axis)
+            total = sum(_left(s, self.criteria) for s, _ in self.known if s.hypothesis.axis == axis)
+            alone = sum(score.gain for score, _ in own)
+            if len(own) > 1 and alone > 0:
+                whole = together(self.moments, [term for _, both in own for term in both])
+                total *= max(whole / alone, 1.0)
+            left[axis] = total
+        return left
+
+    def alike(self, score: Score) -> float:
+        """Share of a hypothesis' torque, in squares, that has the form of such errors on its
+        axis."""
         axis = score.hypothesis.axis
         if not isinstance(score.hypothesis, EffectHypothesis) or axis is None:
             return 1.0
-        torque = torque_beyond(plain(), hypotheses, score)
+        torque = torque_beyond(self.plain(), self.hypotheses, score)
         square = float(torque @ torque)
         if square == 0:
             return 1.0
-        shares = [(left, float(((s.T @ torque) ** 2).sum()) / square) for left, s in spaces(axis)]
-        return sum(left * share for left, share in shares) / sum(left for left, _ in shares)
+        spaces = [(left, float(((s.T @ torque) ** 2).sum())) for left, s in self._spaces(axis)]
+        within = sum(left * part for left, part in spaces)
+        return within / square / sum(left for left, _ in spaces)
 
-    return replace(bars, blur=blur, alike=alike)
+    def _spaces(self, axis: int) -> Sequence[tuple[float, Array]]:
+        if axis not in self._made:
+            listed = list[tuple[float, Array]]()
+            for score, both in self._own(axis):
+                torques = _torques(self.plain(), self.hypotheses, score, both[0])
+                space = space_of_errors(self.hypotheses.rows, axis, *torques)
+                listed.append((_left(score, self.criteria), space))
+            self._made[axis] = listed
+        return self._made[axis]
+
+    @cached_property
+    def _made(self) -> dict[int, Sequence[tuple[float, Array]]]:
+        """Spaces of errors that were asked for."""
+        return {}
+
+    def _own(self, axis: Axis) -> list[Pair]:
+        """What an axis has, without parameters."""
+        return [
+            (score, both) for score, both in self.known if both and score.hypothesis.axis == axis
+        ]
+
+
+def felt(score: Score, left: Mapping[Axis, float], alike: Callable[[Score], float]) -> float:
+    """Of what errors have left on each axis [nats], what a hypothesis may gain by it: of those on
+    its axis as far as it is alike, of those on other axes as far as it is felt there."""
+    axis = score.hypothesis.axis
+
+    def share(other: Axis) -> float:
+        if axis is None or other is None:
+            return 1.0
+        if other == axis:
+            return alike(score)
+        return score.spread[other] if score.spread else 0.0
+
+    return sum(share(other) * own for other, own in left.items() if own > 0)
 
 
 def _left(score: Score, criteria: Criteria) -> float:

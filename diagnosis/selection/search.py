@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.bars import bars_of, form_error
-from flexhex.diagnosis.selection.blur import with_blur
+from flexhex.diagnosis.selection.blur import Blur
 from flexhex.diagnosis.selection.choose import (
     Accepted,
     as_good,
@@ -124,9 +124,10 @@ class Search:
                 return score
             return with_shape(plain(), self.hypotheses, score)
 
-        pairs = zip(self.known(), self.terms, strict=True)
-        beside = self.moments, plain, self.hypotheses
-        bars = with_blur(self.bars, *beside, list(pairs), self.criteria)
+        bars, pairs = self.bars, list(zip(self.known(), self.terms, strict=True))
+        if pairs:
+            blur = Blur(self.moments, plain, self.hypotheses, pairs, self.criteria)
+            bars = replace(bars, blur=blur)
         least = unrepeated(self.moments.without(*self.answered), self.known())
         while True:
             accepted = chosen(least, self.known(), scores, bars, number, self.criteria, plainly)

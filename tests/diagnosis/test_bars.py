@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.selection.bars import Bars, beyond_chance, blurred
+from flexhex.diagnosis.selection.bars import Bars, beyond_chance
+from flexhex.diagnosis.selection.blur import felt
 from flexhex.diagnosis.selection.choose import effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.found import found
@@ -20,7 +21,8 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import RMS, Array, bench_of
 
-BARS = Bars(5.0, 3.0, {0: 1000.0, None: 10.0})
+LEFT = {0: 1000.0, None: 10.0}
+BARS = Bars(5.0, 3.0, lambda score: felt(score, LEFT, lambda _: 1.0))
 
 
 def score(gain: float, axis: int, spread: tuple[float, ...] = (), size: float = 0.01) -> Score:
@@ -37,7 +39,7 @@ def score(gain: float, axis: int, spread: tuple[float, ...] = (), size: float = 
 def test_errors_count_where_they_are_felt(
     axis: int, spread: tuple[float, ...], left: float
 ) -> None:
-    assert blurred(score(1.0, axis, spread), BARS) == pytest.approx(left)
+    assert felt(score(1.0, axis, spread), LEFT, lambda _: 1.0) == pytest.approx(left)
 
 
 @pytest.mark.parametrize(("doubt", "there"), [(1.0, True), (9.0, True), (11.0, False)])
