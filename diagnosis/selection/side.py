@@ -17,7 +17,6 @@ from flexhex.diagnosis.result.verdict import (
     TOO_LARGE,
     UNCONFIRMED,
     UNSURE,
-    WORSE,
     Changed,
     Named,
     Rest,
@@ -31,7 +30,8 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection
-from flexhex.diagnosis.selection.validated import Predicted, better, refuted, validated
+from flexhex.diagnosis.selection.unrefuted import Fitted, placed, unrefuted
+from flexhex.diagnosis.selection.validated import validated
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -85,31 +85,16 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     bodies = moved if minor or any(a.named for a in kept) else []
     freed = freed if bodies else {}
     listed = [score for scores in selection.rounds for score in scores]
-    told_of, refused = kept, list[Accepted]()
+    told_of = kept
     kept, fit = firm(bench, kept, criteria, freed, listed)
     poor = poor_axes(model, fit.residual)
     if poor:
         kept = [replace(a, named=False) if a.score.hypothesis.axis in poor else a for a in kept]
         kept, fit = firm(bench, kept, criteria, freed, listed)
         notes.append(sentence(poor))
-    while others is not None and (kept or freed):
-        worse, whole = refuted(fit, others)
-        there = [a for a in kept if a.score.hypothesis.axis in worse]
-        seen = Predicted(bench, others, criteria, freed)
-        wrong = [a for a in there if seen.margin(a, [b for b in kept if b is not a]) <= 0]
-        if wrong:
-            refused += wrong
-            kept, fit = firm(bench, [a for a in kept if a not in wrong], criteria, freed, listed)
-            names = ", ".join(dict.fromkeys(_placed(a.score) for a in wrong))
-            notes.append(f"{names} would fit, but the held-out runs become worse")
-        elif freed:
-            less, without = firm(bench, kept, criteria, {}, listed)
-            if not whole and better(fit, without, others, WORSE):
-                break
-            kept, fit, bodies, freed = less, without, [], {}
-            notes.append("other parameters would fit, but the held-out runs become worse")
-        else:
-            break
+    held = unrefuted(Fitted(kept, fit, bodies, freed), others, criteria, listed)
+    kept, fit, bodies, refused = held.effects, held.fit, list(held.bodies), held.refused
+    notes += held.notes
     # what was left beside effects that have no name now is all of it; of poor axes that is said
     bare = {r.axis - 1 for r in rests if r.beside} - {
         a.score.hypothesis.axis for a in kept if a.named
@@ -195,7 +180,7 @@ def _rests(
             lost = [a for a in lost if a not in gone]
         rests.append(rest)
     if lost:
-        names = ", ".join(dict.fromkeys(_placed(a.score) for a in lost))
+        names = ", ".join(dict.fromkeys(placed(a.score) for a in lost))
         notes.insert(0, f"{names} would fit, {why}")
     return kept, rests, notes
 
@@ -217,12 +202,6 @@ def _without_gains(
         for axis, rest in alone.items()
         if rest.deviations > criteria.deviations and rest.size > criteria.smallest_rest
     }
-
-
-def _placed(score: Score) -> str:
-    """An effect and its axis in words."""
-    axis = score.hypothesis.axis
-    return score.hypothesis.id + ("" if axis is None else f" on axis {axis + 1}")
 
 
 def _candidates(selection: Selection) -> list[Candidate]:

@@ -1,5 +1,5 @@
-"""What held-out runs say of effects: alone, where nothing else can (of an only trajectory, or run
-once), and where they speak against what the others say."""
+"""What held-out runs say of effects where nothing else can: of an only trajectory, or of runs that
+were not repeated."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, joint
+from flexhex.diagnosis.jointfit.answer import joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
 from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.result.verdict import WORSE
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted, simplest
 from flexhex.diagnosis.selection.criteria import Criteria
@@ -22,41 +21,6 @@ from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]
-
-
-def refuted(fit: Joint, others: Elsewhere | None) -> tuple[list[int], bool]:
-    """Axes (from 0) of which a fit leaves more on held-out runs than the base model's own does, and
-    whether it does of all together, noise apart."""
-    if others is None:
-        return [], False
-    own, now = _left_of_base(fit, others), _left(fit, others)
-    before, after = (axis_rms(others.blocks, left) for left in (own, now))
-    worse = [int(i) for i in np.flatnonzero(after > WORSE * before)]
-    return worse, _all(fit, others, now) > WORSE * _all(fit, others, own)
-
-
-def better(fit: Joint, without: Joint, others: Elsewhere, times: float = 1.0) -> bool:
-    """Whether a fit leaves less of the held-out runs, on all axes together, than so many times what
-    one without some of its parameters does: that their tolerances do not hold them hardly shows
-    there."""
-    left, most = (_all(one, others, _left(one, others)) for one in (fit, without))
-    return left < times * most
-
-
-def _left(fit: Joint, others: Elsewhere) -> list[Array]:
-    """What a fit leaves on held-out runs (m, n) [N m] of each block."""
-    return others.residual(fit.parts, fit.beta, fit.q)
-
-
-def _left_of_base(fit: Joint, others: Elsewhere) -> list[Array]:
-    """The same of the base model's own fit."""
-    return others.residual((), (), fit.bench.model.regression.q)
-
-
-def _all(fit: Joint, others: Elsewhere, left: Sequence[Array]) -> float:
-    """What is left of all axes together, each relative to its torque."""
-    size = _unpredicted(others.there, left) / fit.bench.model.torque_rms
-    return float(np.linalg.norm(size))
 
 
 def validated(
@@ -118,12 +82,12 @@ class Predicted:
         key = frozenset(each.score for each in effects)
         if key not in self._left:
             fit = joint(self.bench, grouped(self.bench, effects), self.freed)
-            there = _unpredicted(self.bench.model, fit.residual)
-            self._left[key] = there, _unpredicted(self.others.there, self.others.updated(fit))
+            there = unpredicted(self.bench.model, fit.residual)
+            self._left[key] = there, unpredicted(self.others.there, self.others.updated(fit))
         return self._left[key]
 
 
-def _unpredicted(model: Calibrated, left: Sequence[Array]) -> Array:
+def unpredicted(model: Calibrated, left: Sequence[Array]) -> Array:
     """RMS (n,) [N m] of what is left (m, n) of each block; where passes show what is noise, beyond
     what that does after the moments before: slow torques, of which it has most, count little."""
     if not model.noise.repeats:

@@ -14,7 +14,8 @@ from flexhex.diagnosis.selection import validated as module
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.validated import Predicted, better, refuted, validated
+from flexhex.diagnosis.selection.unrefuted import better, refuted
+from flexhex.diagnosis.selection.validated import Predicted, validated
 
 Array = NDArray[np.float64]
 TORQUE = np.array([10.0, 1.0])
@@ -120,7 +121,7 @@ def test_slow_torque_of_a_run_hides_no_effect() -> None:
             noise=noise,
             white=lambda _, values: np.diff(values[0])[:, None],
         )
-        return float(module._unpredicted(model, [left[:, None]])[0])
+        return float(module.unpredicted(model, [left[:, None]])[0])
 
     assert size(wander, True) < 0.5 * size(wander + fast, True)
     assert size(wander, False) > 0.9 * size(wander + fast, False)
