@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.evidence import log_evidence, mean_of, turned_to
+from flexhex.diagnosis.selection.left import rest_on
 from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import Score, size_of
 from flexhex.diagnosis.selection.solved import Solved
@@ -46,17 +47,39 @@ def generic_score(
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
-def part_of_generic(moments: Moments, whole: NamelessHypothesis, part: NamelessHypothesis) -> float:
-    """Relative RMS of one kind of something without a name within all kinds together, as far as
-    these say which it is."""
-    fit, priors = moments.fit(None), [size**-2.0 for size in SIZES]
-    moved, S, r = _left_of(fit, *whole.within.beside(moments).without(None))
-    way = whole.ways[0]
-    values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
-    prior = max(priors, key=lambda p: float(log_evidence(values, turned, p)))
-    gains = (way @ vectors @ (turned / (values + prior)))[part.place]
-    torque = {i: raw @ gains for i, raw in part.raw.items()}
-    return size_of(moments, -(moved[:, part.place] @ gains), torque)
+@dataclass(frozen=True)
+class Whole:
+    """All kinds of something without a name on an axis together, of the size that has most
+    evidence: gains (k,) of their columns, and the step (m, k) that coefficients of the model take
+    for each of these."""
+
+    moments: Moments
+    kind: NamelessHypothesis
+    gains: Array
+    moved: Array
+
+    @staticmethod
+    def of(moments: Moments, kind: NamelessHypothesis) -> Whole:
+        """kind: of all together."""
+        fit, priors = moments.fit(None), [size**-2.0 for size in SIZES]
+        moved, S, r = _left_of(fit, *kind.within.beside(moments).without(None))
+        way = kind.ways[0]
+        values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
+        prior = max(priors, key=lambda p: float(log_evidence(values, turned, p)))
+        return Whole(moments, kind, way @ vectors @ (turned / (values + prior)), moved)
+
+    def part(self, kind: NamelessHypothesis) -> float:
+        """Relative RMS of one of the kinds, as far as all together say which it is."""
+        gains = self.gains[kind.place]
+        torque = {i: raw @ gains for i, raw in kind.raw.items()}
+        return size_of(self.moments, -(self.moved[:, kind.place] @ gains), torque)
+
+    def beyond(self, axis: int) -> float:
+        """Relative RMS of what repeats on the axis and is none of it."""
+        q = self.moments.fit(None).q - self.moved @ self.gains
+        listed = self.kind.raw, self.kind.columns.columns(self.kind.columns.shapes)
+        raw, white = (of[axis] @ self.gains for of in listed)
+        return rest_on(self.moments, axis, q, raw, white).size
 
 
 def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:

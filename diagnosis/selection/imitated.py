@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log
 
+import numpy as np
+
 from flexhex.diagnosis.selection.choose import as_good
 from flexhex.diagnosis.selection.evidence import evidence_of, together
-from flexhex.diagnosis.selection.generic_scores import generic_score, part_of_generic
+from flexhex.diagnosis.selection.generic_scores import Whole, generic_score
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.search import Search
@@ -20,13 +22,14 @@ class Imitated:
     """Something without a name on an axis, beside all that was accepted; instead: in the place of
     all effects there, or of those at some `places` of them, where it predicts better than these;
     placed: where those stand that are functions of the angle; angle: relative RMS of another one
-    beside all, where there are any."""
+    beside all, where there are any; beyond: relative RMS of what repeats and is none of it."""
 
     beside: Score
     instead: Score | None = None
     places: tuple[int, ...] = ()
     placed: tuple[int, ...] = ()
     angle: float = 0.0
+    beyond: float = np.inf
 
 
 def imitated(search: Search, axis: int) -> Imitated:
@@ -35,17 +38,19 @@ def imitated(search: Search, axis: int) -> Imitated:
     unnamed = search.hypotheses.generic(axis)
     beside = generic_score(search.moments, unnamed)
     own, with_angle = search.own(axis), search.hypotheses.with_angle
-    every = tuple(range(len(own)))
+    if not own:
+        return Imitated(beside)
+    every, whole = tuple(range(len(own))), Whole.of(search.moments, unnamed[-1])
+    beyond = whole.beyond(axis)
     placed = tuple(k for k in every if with_angle(own[k][0].hypothesis.id))
     for places in (every, placed):
         instead = _better(search, unnamed, [own[k] for k in places], beside)
         if instead is not None:
-            return Imitated(beside, instead, places)
+            return Imitated(beside, instead, places, beyond=beyond)
     angle = 0.0
     if placed and beside.gain > search.bars.first:
-        of_angle = next(each for each in unnamed if each.columns.id == "angle")
-        angle = part_of_generic(search.moments, unnamed[-1], of_angle)
-    return Imitated(beside, placed=placed, angle=angle)
+        angle = whole.part(next(each for each in unnamed if each.columns.id == "angle"))
+    return Imitated(beside, placed=placed, angle=angle, beyond=beyond)
 
 
 def _better(

@@ -37,14 +37,20 @@ def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[flo
 def rest_of(moments: Moments) -> tuple[Rest, ...]:
     """What passes have in common of each axis in the fit to all folds, and nothing explains; of
     passes that did not move alike what is more than the noise that they show."""
-    rows, q, rests = moments.rows, moments.fit(None).q, []
-    for i in range(rows.n):
-        left = rows.level(i, rows.y[i] - moments.torque(i, q))
-        white = rows.level(i, rows.white_y[i] - moments.white(i, q))
-        both = _in_common if rows.pairs.nnz else _beyond_noise
-        square, deviations, gain = both(rows, i, left, white)
-        rests.append(Rest(float(square**0.5 / rows.torque_rms[i]), deviations, gain))
-    return tuple(rests)
+    return tuple(rest_on(moments, i, moments.fit(None).q) for i in range(moments.rows.n))
+
+
+def rest_on(
+    moments: Moments, axis: int, q: Array, raw: Array | float = 0.0, white: Array | float = 0.0
+) -> Rest:
+    """The same of an axis beside coefficients (m,) of the model and another torque (R,) [N m],
+    which is also given whitened."""
+    rows = moments.rows
+    left = rows.level(axis, rows.y[axis] - moments.torque(axis, q) - raw)
+    whitened = rows.level(axis, rows.white_y[axis] - moments.white(axis, q) - white)
+    both = _in_common if rows.pairs.nnz else _beyond_noise
+    square, deviations, gain = both(rows, axis, left, whitened)
+    return Rest(float(square**0.5 / rows.torque_rms[axis]), deviations, gain)
 
 
 def _in_common(rows: Rows, axis: int, left: Array, white: Array) -> tuple[float, float, float]:

@@ -21,7 +21,8 @@ class Nameless:
     """Something without a name: relative RMS, beside what was accepted and, whole, in its place;
     what it goes with, where that is known; what it would gain to explain it [nats]; form: no more
     of it goes with the motion than errors in the form of what was accepted there may leave;
-    instead: what was accepted there and only imitates it."""
+    instead: what was accepted there and only imitates it; beyond: relative RMS of what repeats and
+    goes with nothing that the axis does."""
 
     size: float
     whole: float
@@ -29,6 +30,7 @@ class Nameless:
     gain: float = np.inf
     form: bool = True
     instead: tuple[Accepted, ...] = ()
+    beyond: float = np.inf
 
 
 def nameless(
@@ -60,7 +62,8 @@ def nameless(
             worth = max(left.gain, beside.gain if goes else 0.0)
             error = selection.explained[axis] * _inexact(own, criteria)
             form = not goes or min(size, beside.size) <= error
-            functions[axis] = Nameless(size, whole, what, worth, form)
+            beyond = selection.imitated[axis].beyond
+            functions[axis] = Nameless(size, whole, what, worth, form, beyond=beyond)
     for axis, each in enumerate(selection.imitated):
         own = [a for a in selection.effects if a.score.hypothesis.axis == axis]
         instead, places = each.instead, each.places
@@ -75,7 +78,9 @@ def nameless(
         size, whole = np.hypot([part, selection.explained[axis]], rest[axis].size)
         form = bool(size <= selection.explained[axis] * _inexact(own, criteria))
         there = tuple(own[k] for k in places)
-        functions[axis] = Nameless(float(size), float(whole), what, form=form, instead=there)
+        functions[axis] = Nameless(
+            float(size), float(whole), what, form=form, instead=there, beyond=each.beyond
+        )
     return functions
 
 

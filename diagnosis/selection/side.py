@@ -150,17 +150,19 @@ def _rests(
     kept = list(kept)
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        pairs = zip(own, tolerated(own, selection.explained[axis], criteria), strict=True)
-        small = [a for a, most in pairs if left.size > most or a in left.instead]
-        beside = len(small) < len(own)
-        # of what goes with the angle alone `nameless` has asked that already
-        parts = [a for a in small if not selection.placed(a) and selection.imitates(a)]
-        small = [a for a in small if a in left.instead or a in parts]
-        if not beside:
-            kept = [replace(a, named=False) if a in own else a for a in kept]
-        elif small:
-            # they stay in the fit, where the others would stand in for them
-            kept = [replace(a, named=False) if a in small else a for a in kept]
+        most = tolerated(own, selection.explained[axis], criteria)
+        over = [k for k, size in enumerate(most) if left.size > size]
+        only = [k for k in over if selection.imitates(own[k])]
+        instead = [k for k, a in enumerate(own) if a in left.instead]
+        # what goes with something that the axis does is no doubt of what surely stands beside that
+        doubtful = {*instead, *only, *(k for k in over if left.beyond > most[k])}
+        beside = len(doubtful) < len(own)
+        if beside:
+            # of what goes with the angle alone `nameless` has asked that already
+            doubtful = {*instead, *(k for k in only if not selection.placed(own[k]))}
+        # they stay in the fit, where others would stand in for them
+        lose = [own[k] for k in doubtful]
+        kept = [replace(a, named=False) if a in lose else a for a in kept]
         # what has no name here has no part in what is explained
         share = left.size if beside else left.whole
         size, unit = share * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")

@@ -54,13 +54,16 @@ def test_what_imitates_a_bump_beside_friction_is_not_named(
     assert [(rest.axis, rest.what, rest.form) for rest in side.rests] == [(1, "angle", False)]
 
 
-def test_what_leaves_something_of_the_angle_itself_is_not_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("dry", "width"), [(0.5, 0.08), (0.03, 0.08), (0.03, 0.03)])
+def test_what_leaves_something_of_the_angle_itself_is_not_named(
+    dry: float, width: float, tmp_path: Path
+) -> None:
     """A cable and waves are parts of a bump beside friction, as they are functions of the angle
-    themselves and leave another one."""
+    themselves and leave another one. Friction is none, however much they leave."""
 
     def torque(q: Array, v: Array, a: Array) -> Array:
-        bump = np.exp(-(((q + 0.1) / 0.08) ** 2))
-        return np.asarray(RMS * (0.5 * np.tanh(v / 0.01) + 0.2 * bump))
+        bump = np.exp(-(((q + 0.1) / width) ** 2))
+        return np.asarray(RMS * (dry * np.tanh(v / 0.01) + 0.2 * bump))
 
     side = found(bench_of(tmp_path, torque), (), lambda text: None).side
     assert [effect.id for effect in side.named] == ["coulomb_friction"]
@@ -94,11 +97,13 @@ def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
     monkeypatch.setattr(imitated_module, "evidence_of", lambda moments, terms: 50.0)
     scores = [SimpleNamespace(gain=g, whole=w) for g, w in ((0.0, 0.0), others)]
     monkeypatch.setattr(imitated_module, "generic_score", lambda moments, listed: scores.pop(0))
+    whole = SimpleNamespace(of=lambda moments, kind: SimpleNamespace(beyond=lambda axis: 0.0))
+    monkeypatch.setattr(imitated_module, "Whole", whole)
     effect = SimpleNamespace(hypothesis=SimpleNamespace(choices=1, id="any"))
     subject: Any = SimpleNamespace(
         moments=SimpleNamespace(without=lambda *terms: None),
         criteria=USUAL,
-        hypotheses=SimpleNamespace(generic=lambda axis: [], with_angle=lambda name: False),
+        hypotheses=SimpleNamespace(generic=lambda axis: [None], with_angle=lambda name: False),
         own=lambda axis: [(effect, (None, None))],
     )
     instead = imitated_module.imitated(subject, 0).instead
