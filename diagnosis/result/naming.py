@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Container, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -75,15 +76,40 @@ def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
     """A sentence on each part of a fit, at these places, that is not named, as much is left beside
     it or something that the library lacks would explain as much, with its values: who expects it
     may want them."""
-    known, sentences = _known(fit), list[str]()
-    for k in sorted(places):
-        listed = _estimates(fit, k, 0.0).items()
-        values = ", ".join(f"{name} {own.value:.3g} {own.unit}" for name, own in listed)
-        what = f"{known[fit.parts[k].id].title} on axis {(fit.parts[k].axis or 0) + 1} ({values})"
-        sentences.append(
-            f"{what}: in the fit, but not named: it may stand for something that the library lacks"
-        )
-    return sentences
+    why = "in the fit, but not named: it may stand for something that the library lacks"
+    return [f"{_in_words(fit, k)}: {why}" for k in sorted(places)]
+
+
+def faint_parts(fit: Joint, places: Collection[int]) -> list[str]:
+    """A sentence on each part of a fit, at these places, that is too faint for a name."""
+    why = "too little for a name, or an error in the form of what is named there; intervals hold"
+    return [f"{_in_words(fit, k)}: {why} with it and without it" for k in sorted(places)]
+
+
+def _in_words(fit: Joint, k: int) -> str:
+    """A part of a fit with its axis and values."""
+    listed = _estimates(fit, k, 0.0).items()
+    values = ", ".join(f"{name} {own.value:.3g} {own.unit}" for name, own in listed)
+    part = fit.parts[k]
+    return f"{_known(fit)[part.id].title} on axis {(part.axis or 0) + 1} ({values})"
+
+
+def widened(named: Sequence[Named], others: Sequence[Named]) -> list[Named]:
+    """Effects whose intervals also hold where the same ones have other values."""
+    known = {other.id: other for other in others}
+    wider = list[Named]()
+    for each in named:
+        parts = list[tuple[int, Mapping[str, Estimate]]]()
+        for (axis, own), (_, there) in zip(each.parts, known[each.id].parts, strict=True):
+            parts.append((axis, {name: _wider(own[name], there[name]) for name in own}))
+        wider.append(replace(each, parts=tuple(parts), parameters=by_name(parts)))
+    return wider
+
+
+def _wider(one: Estimate, other: Estimate) -> Estimate:
+    """The same value with an interval that holds that of another estimate, too."""
+    (low, high), (less, more) = one.ci95, other.ci95
+    return replace(one, ci95=(min(low, less), max(high, more)))
 
 
 def _usual(fit: Joint) -> dict[int, float]:

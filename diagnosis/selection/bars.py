@@ -55,10 +55,8 @@ def beyond_chance(
     An effect that is there already, on another axis or with another shape, is no surprise; with
     another shape on the same axis it is large enough as a whole.
     """
-    again, effect = repeated(score, known), (score.hypothesis.id, score.hypothesis.axis)
+    effect, least = (score.hypothesis.id, score.hypothesis.axis), chance(score, known, bars)
     whole = any((k.hypothesis.id, k.hypothesis.axis) == effect for k in known)
-    least = bars.again if again else bars.first
-    least = (least + log(score.hypothesis.choices)) * score.doubt
     if score.gain <= least:
         return False
     if bars.blur is not None and not isinstance(score.hypothesis, ChangedParameter):
@@ -70,6 +68,12 @@ def beyond_chance(
         return score.gain > least and score.size > small
 
     return enough(score) or (bars.blur is not None and enough(plainly(score)))
+
+
+def chance(score: Score, known: Sequence[Score], bars: Bars) -> float:
+    """What a hypothesis may gain by chance beside those that are known [nats]."""
+    least = bars.again if repeated(score, known) else bars.first
+    return (least + log(score.hypothesis.choices)) * score.doubt
 
 
 def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:

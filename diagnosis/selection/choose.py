@@ -42,7 +42,7 @@ class Accepted:
     """A hypothesis that was chosen in a round (from 1), and those that predict equally well;
     fuller: effects among these that it is a part of; inexact: how large the errors of its form are
     beside all that was accepted, relative to `form_error`. named: whether it gets a name, or is in
-    the fit alone."""
+    the fit alone; faint: that is for the sake of others' values."""
 
     score: Score
     rivals: tuple[Score, ...]
@@ -50,6 +50,7 @@ class Accepted:
     fuller: tuple[Score, ...] = ()
     inexact: float = 1.0
     named: bool = True
+    faint: bool = False
 
 
 def chosen(

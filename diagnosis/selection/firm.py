@@ -43,7 +43,7 @@ def firm(
     kept = list(accepted)
     while True:
         fit = joint(bench, grouped(bench, kept), freed)
-        order = _ordered(kept)
+        order = ordered(kept)
         below = [
             _below(each, *own) for each, *own in zip(order, fit.beta, fit.deviation, strict=True)
         ]
@@ -127,16 +127,17 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:
 def errors_of(accepted: Sequence[Accepted], criteria: Criteria) -> list[float]:
     """What the error of its form does to the gains of each part of these effects, relative, one
     standard deviation; in the order of `grouped`."""
-    ordered = _ordered(accepted)
-    return [mean_error(form_error(each.score, criteria) * each.inexact) for each in ordered]
+    listed = ordered(accepted)
+    return [mean_error(form_error(each.score, criteria) * each.inexact) for each in listed]
 
 
 def without_name(accepted: Sequence[Accepted]) -> set[int]:
     """Places of the parts, in the order of `grouped`, that get no name."""
-    return {k for k, each in enumerate(_ordered(accepted)) if not each.named}
+    return {k for k, each in enumerate(ordered(accepted)) if not each.named}
 
 
-def _ordered(accepted: Sequence[Accepted]) -> list[Accepted]:
+def ordered(accepted: Sequence[Accepted]) -> list[Accepted]:
+    """In the order of the parts of `grouped`."""
     return [each for same in _by_effect(accepted).values() for each in same]
 
 

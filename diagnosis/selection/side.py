@@ -10,7 +10,13 @@ from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
 from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
-from flexhex.diagnosis.result.naming import named_of, unnamed_parts, usual_parts
+from flexhex.diagnosis.result.naming import (
+    faint_parts,
+    named_of,
+    unnamed_parts,
+    usual_parts,
+    widened,
+)
 from flexhex.diagnosis.result.pictured import Candidate
 from flexhex.diagnosis.result.verdict import (
     REFUTED,
@@ -23,7 +29,8 @@ from flexhex.diagnosis.result.verdict import (
 )
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.firm import errors_of, firm, without_name
+from flexhex.diagnosis.selection.faint import with_faint
+from flexhex.diagnosis.selection.firm import errors_of, firm, ordered, without_name
 from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
 )
@@ -110,6 +117,11 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
     notes += [*usual_parts(fit), *unnamed_parts(fit, without_name(kept))]
+    names = named_of(fit, errors_of(kept, criteria), without_name(kept))
+    if fuller := with_faint(held, selection, criteria, listed):
+        more, wider = fuller
+        names = widened(names, named_of(wider, errors_of(more, criteria), without_name(more)))
+        notes += faint_parts(wider, {k for k, a in enumerate(ordered(more)) if a.faint})
     named = {a.score.hypothesis.axis for a in kept if a.named}
     odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
     unnamed = () if minor and changed else remains
@@ -123,7 +135,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     return Side(
         fit,
         others,
-        tuple(named_of(fit, errors_of(kept, criteria), without_name(kept))),
+        tuple(names),
         (*payloads, *changed),
         tuple(axis for axis in sorted({*unnamed, *poor}) if axis not in named),
         tuple(notes),

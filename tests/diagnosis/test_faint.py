@@ -1,0 +1,32 @@
+"""What is too faint for a name bends the values of what has one: their intervals say so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexhex.diagnosis.workflow import Options, diagnose
+from tests.diagnosis import two_links
+from tests.diagnosis.synthetic import plain_csv
+from tests.diagnosis.test_payloads_arm import planar
+
+__all__ = ["planar"]
+DRY, WET = 0.4, 0.06
+"""Friction of the second joint [N m], and what grows with the rate [N m s/rad]."""
+
+
+def test_dry_friction_may_be_less_by_what_grows_with_the_rate(planar: str, tmp_path: Path) -> None:
+    """That is too little for a name, and a tenth of the dry friction."""
+    paths = []
+    for motion, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        run = two_links.run(motion, number, 0.0, (0.0, 0.0))
+        rate = two_links.moved(run["time"], motion)[1][:, 1]
+        run["tau_meas"][:, 1] += DRY * np.tanh(rate / 0.01) + WET * rate
+        paths.append(plain_csv(tmp_path / f"{motion}{number}.csv", run))
+    diagnosis = diagnose(paths, options=Options(base=planar))
+    (effect,) = diagnosis.effects
+    assert (effect.id, effect.axes) == ("coulomb_friction", (2,))
+    estimate = effect.parameters["F_c"]
+    assert estimate.ci95[0] < DRY < estimate.value
+    assert any("viscous friction on axis 2" in note for note in diagnosis.notes)
