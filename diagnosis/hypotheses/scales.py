@@ -105,6 +105,8 @@ class Scales:
             low, high, start = (times * value for value in (s.low, s.high, s.start))
             # an axis that passes such a share most of the time would not move as it does
             low = max(low, self.usual[axis]) if s.of_peak else low
+            # what is over soon is no drift
+            low = max(low, times * s.grid[0]) if s.of_time else low
             grid = tuple(times * value for value in s.grid if times * value >= low)
             shapes[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
         return shapes
