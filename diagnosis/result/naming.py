@@ -9,6 +9,7 @@ import numpy as np
 
 from flexhex.diagnosis.jointfit.answer import Joint, shares, torque_of
 from flexhex.diagnosis.jointfit.effects import Part
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import NORMAL, Estimate, Named
 from flexhex.fmus.common.effects import Effect, library
 
@@ -78,7 +79,7 @@ def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
     known, sentences = _known(fit), list[str]()
     for k in sorted(places):
         listed = _estimates(fit, k, 0.0).items()
-        values = ", ".join(f"{name} {own.value:.3g} {own.unit}" for name, own in listed)
+        values = ", ".join(with_unit(f"{name} {own.value:.3g}", own.unit) for name, own in listed)
         what = f"{known[fit.parts[k].id].title} on axis {(fit.parts[k].axis or 0) + 1} ({values})"
         sentences.append(
             f"{what}: in the fit, but not named: it may stand for something that the library lacks"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from flexhex.diagnose.numbers import listed, measured, number
 from flexhex.diagnose.sizes import SEVERAL
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 
 MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
@@ -16,10 +17,9 @@ def other_values(diagnosis: Diagnosis) -> list[str]:
     """A sentence on the parameters that are others than the machine file says, or none."""
     parts, everywhere = [], [c for c in diagnosis.changed if not c.runs]
     for c in everywhere[:SEVERAL]:
-        unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
         means = MEANINGS.get(c.parameter.split(".")[0], "")
-        value = f"{measured(c.estimate)}, not {number(c.nominal)}{unit}"
-        parts.append(f"{c.parameter}{means} is {value}")
+        nominal = with_unit(number(c.nominal), c.estimate.unit)
+        parts.append(f"{c.parameter}{means} is {measured(c.estimate)}, not {nominal}")
     more = len(everywhere) - SEVERAL
     if more > 0:
         parts.append(f"{more} more")

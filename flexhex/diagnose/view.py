@@ -20,7 +20,7 @@ from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
 from flexhex.output import tables
-from flexhex.output.tables import Column
+from flexhex.output.tables import Column, printed
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")
@@ -81,7 +81,9 @@ def changed_rows(diagnosis: Diagnosis) -> Rows:
     for c in felt(diagnosis):
         e = c.estimate
         interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
-        rows.append((c.parameter, number(c.nominal, 4), number(e.value, 4), interval, e.unit))
+        rows.append(
+            (c.parameter, number(c.nominal, 4), number(e.value, 4), interval, printed(e.unit))
+        )
     return rows
 
 
