@@ -12,14 +12,10 @@ from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
 from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
 from flexhex.diagnosis.result.naming import named_of, unnamed_parts, usual_parts
 from flexhex.diagnosis.result.pictured import Candidate
+from flexhex.diagnosis.result.rest import REFUTED, TOO_LARGE, UNCONFIRMED, UNSURE, Rest
 from flexhex.diagnosis.result.verdict import (
-    REFUTED,
-    TOO_LARGE,
-    UNCONFIRMED,
-    UNSURE,
     Changed,
     Named,
-    Rest,
 )
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria

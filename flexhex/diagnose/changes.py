@@ -6,6 +6,7 @@ from pathlib import Path
 
 from flexhex.diagnose.numbers import listed, measured, number
 from flexhex.diagnose.sizes import SEVERAL
+from flexhex.diagnose.titles import effort
 from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 
@@ -24,6 +25,20 @@ def other_values(diagnosis: Diagnosis) -> list[str]:
     if more > 0:
         parts.append(f"{more} more")
     return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
+
+
+def allowed(diagnosis: Diagnosis) -> list[str]:
+    """A sentence on what is no finding, as tolerances allow it, though it makes a torque."""
+    parts = []
+    for one in diagnosis.tolerated[:SEVERAL]:
+        means = MEANINGS.get(one.parameter.split(".")[0], "")
+        tolerance = with_unit(number(one.tolerance), one.estimate.unit)
+        value = f"{one.parameter}{means} is {measured(one.estimate)}, tolerance {tolerance}"
+        of = f"{effort([diagnosis.residual.units[one.axis - 1]])} of axis {one.axis}"
+        parts.append(f"{value}, which makes {number(100 * one.share, 2)} % of the {of}")
+    if (more := len(diagnosis.tolerated) - SEVERAL) > 0:
+        parts.append(f"{more} more, which make less")
+    return [f"No finding, as the tolerances allow it: {'; '.join(parts)}."] if parts else []
 
 
 def felt(diagnosis: Diagnosis) -> list[Changed]:

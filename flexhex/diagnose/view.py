@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 
-from flexhex.diagnose.changes import felt
+from flexhex.diagnose.changes import allowed, felt
 from flexhex.diagnose.effects import EFFECTS, Rows, effect_rows, rivalry, undetermined
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import number, percent
@@ -168,9 +168,9 @@ def shown_lines(shown: Mapping[str, Any]) -> list[str]:
 
 
 def remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Notes that the verdict has not said already."""
+    """What tolerances took up, and notes that the verdict has not said already."""
     notes = diagnosis.notes[:-1] if diagnosis.verdict == "cannot tell" else diagnosis.notes
-    return tuple(readable(note) for note in notes)
+    return (*allowed(diagnosis), *(readable(note) for note in notes))
 
 
 def _print_findings(out: Console, findings: Sequence[str]) -> None:

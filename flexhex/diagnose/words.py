@@ -17,9 +17,9 @@ from flexhex.diagnose.sizes import sizes
 from flexhex.diagnose.titles import capital, phrase, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.naming import by_name
+from flexhex.diagnosis.result.rest import UNCONFIRMED
 from flexhex.diagnosis.result.verdict import (
     LARGE,
-    UNCONFIRMED,
     WORSE,
     Diagnosis,
     Named,

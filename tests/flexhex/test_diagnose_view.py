@@ -19,10 +19,11 @@ from flexhex.diagnose.view import (
     closed,
     diagnosis_json,
     print_diagnosis,
+    remarks,
     residual_rows,
 )
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate
+from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate, Tolerated
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,
@@ -89,6 +90,22 @@ def test_effect_has_a_row_for_each_place() -> None:
     ((_, place, values, _),) = effect_rows(replace(BASIC, effects=(whole,)))
     assert place == "whole"
     assert all(f"{name} = " in values for name in whole.parameters)
+
+
+def test_what_tolerances_allow_is_said_with_what_it_makes() -> None:
+    """In the notes of terminal and page, and in JSON; beyond a few how many more there are."""
+    tilt = Tolerated("gravity.x", 0.0, estimate(0.0081, 0.0002, "rad"), (), 0.002, 1, 0.042)
+    diagnosis = replace(BASIC, tolerated=(tilt,))
+    said = (
+        "No finding, as the tolerances allow it: gravity.x (the machine is tilted about this axis"
+        " of its foot) is 0.0081 ± 0.0002 rad, tolerance 0.00200 rad, which makes 4.2 % of the"
+        " torque of axis 1."
+    )
+    assert remarks(diagnosis)[0] == said
+    (data,) = diagnosis.data()["tolerated"]
+    assert (data["parameter"], data["tolerance"], data["axis"]) == ("gravity.x", 0.002, 1)
+    assert remarks(replace(BASIC, tolerated=(tilt,) * 5))[0].endswith("; 2 more, which make less.")
+    assert "tolerances" not in " ".join(remarks(BASIC))
 
 
 def test_parameter_that_is_not_determined_is_said_once_below_the_table() -> None:

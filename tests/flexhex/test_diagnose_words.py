@@ -13,7 +13,8 @@ from flexhex.diagnose.view import changed_rows, residual_columns
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.confidence import Confidence
-from flexhex.diagnosis.result.verdict import UNCONFIRMED, Changed, Named, Rest
+from flexhex.diagnosis.result.rest import UNCONFIRMED, Rest
+from flexhex.diagnosis.result.verdict import Changed, Named
 from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
