@@ -27,6 +27,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
 from flexhex.diagnosis.result.changed import tolerated_of
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
+from flexhex.diagnosis.result.laden import answered
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
 from flexhex.diagnosis.result.verdict import Diagnosis
@@ -127,6 +128,9 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     )
     notes += [*slow(residual, main.left), *resting(residual)]
     verdict = verdict_of(model, sides, named, changed, notes, run_set.coarse)
+    if run_set.doubt and answered(settled.fit.bench.model.base, changed, run_set.runs):
+        findings = tuple(text for text in run_set.findings if text != run_set.doubt)
+        run_set = replace(run_set, findings=findings, doubt="")
     doubt = run_set.doubt or negative(settled.fit, CRITERIA.deviations)
     least = CRITERIA.deviations, CRITERIA.smallest_effect
     progress("done", 4, 4)

@@ -65,7 +65,8 @@ def verdict(diagnosis: Diagnosis) -> str:
         counts = f"{sure.right} of {sure.of} such answers in the study were right"
         sentences.append(f"Confidence {percent(sure.share)}, as {counts} (Laplace's rule).")
     if diagnosis.doubt and diagnosis.verdict not in UNNAMED:
-        sentences.append("But the model may not be this machine's: see the first finding.")
+        first, _, asked = diagnosis.doubt.partition(". ")
+        sentences.append(f"But the model may not be this machine's: {first}{'.' * bool(asked)}")
     return " ".join(sentences)
 
 

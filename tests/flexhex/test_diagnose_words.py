@@ -213,7 +213,12 @@ def test_doubt_about_the_model_stands_before_an_answer_that_names_nothing() -> N
     doubt = "95% stays of axis 2; less would be with 90 degrees taken from it. Unless: which file?"
     first = "95% stays of axis 2; less would be with 90 degrees taken from it: settle that first. "
     assert verdict(replace(CANNOT, doubt=doubt)) == first + SENTENCES["cannot tell"]
-    assert verdict(replace(BASIC, doubt=doubt)).endswith(" see the first finding.")
+    assert verdict(replace(BASIC, doubt=doubt)).endswith(
+        " But the model may not be this machine's: 95% stays of axis 2; less would be with 90"
+        " degrees taken from it."
+    )
+    asking = replace(BASIC, doubt="2 times that: another file?")
+    assert verdict(asking).endswith("machine's: 2 times that: another file?")
 
 
 @pytest.mark.parametrize("name", ["none", "changed"])
