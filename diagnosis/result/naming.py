@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Container, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -78,8 +79,10 @@ def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
     may want them."""
     known, sentences = _known(fit), list[str]()
     for k in sorted(places):
-        listed = _estimates(fit, k, 0.0).items()
-        values = ", ".join(with_unit(f"{name} {own.value:.3g}", own.unit) for name, own in listed)
+        listed = {name: own for name, own in _estimates(fit, k, 0.0).items() if own.told}
+        values = ", ".join(
+            with_unit(f"{name} {own.value:.3g}", own.unit) for name, own in listed.items()
+        )
         what = f"{known[fit.parts[k].id].title} on axis {(fit.parts[k].axis or 0) + 1} ({values})"
         sentences.append(
             f"{what}: in the fit, but not named: it may stand for something that the library lacks"
@@ -111,7 +114,8 @@ def _axis(part: Part) -> int:
 
 
 def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
-    """Gains, then shapes, of one part; error: of its form."""
+    """Gains, then shapes, of one part; error: of its form. A shape with no other value to try and
+    an effect that is there in full say nothing to a reader."""
     part = fit.parts[k]
     item = fit.bench.effects.get(part.id)
     effect = library()[part.id] if item is None or part.id in library() else item.effect
@@ -122,13 +126,17 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
         alike = [v for g, v in zip(effect.gains, fit.beta[k], strict=True) if g.unit == gain.unit]
         wide = float(np.linalg.norm([std, error * np.linalg.norm(alike), error * turned]))
         unit, positive = kind.unit(gain.unit), gain.low == 0
-        estimates[gain.name] = _estimate(float(value), wide, unit, positive)
+        one = _estimate(float(value), wide, unit, positive)
+        estimates[gain.name] = replace(one, told=not gain.full or one.ci95[1] < gain.high)
+    tried = effect.shapes if item is None else item.effect.shapes
+    searched = {shape.name for shape in tried if len(shape.grid) > 1}
     for shape in effect.shapes:
         std = fit.deviations.shapes[k].get(shape.name, 0.0)
         bent = error * fit.deviations.bent[k].get(shape.name, 0.0)
         wide = float(np.hypot(std, bent))
         unit, positive = kind.unit(shape.unit), shape.low >= 0
-        estimates[shape.name] = _estimate(part.shape[shape.name], wide, unit, positive)
+        one = _estimate(part.shape[shape.name], wide, unit, positive)
+        estimates[shape.name] = replace(one, told=shape.name in searched)
     return estimates
 
 

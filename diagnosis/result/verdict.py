@@ -28,11 +28,12 @@ VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % interval, in `unit`."""
+    """A value with its 95 % interval, in `unit`; told: it says something to a reader."""
 
     value: float
     ci95: tuple[float, float]
     unit: str
+    told: bool = True
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
