@@ -32,7 +32,7 @@ def allowed(diagnosis: Diagnosis) -> list[str]:
     parts = []
     for one in diagnosis.tolerated[:SEVERAL]:
         means = MEANINGS.get(one.parameter.split(".")[0], "")
-        tolerance = with_unit(number(one.tolerance), one.estimate.unit)
+        tolerance = with_unit(f"{one.tolerance:.3g}", one.estimate.unit)
         value = f"{one.parameter}{means} is {measured(one.estimate)}, tolerance {tolerance}"
         of = f"{effort([diagnosis.residual.units[one.axis - 1]])} of axis {one.axis}"
         parts.append(f"{value}, which makes {number(100 * one.share, 2)} % of the {of}")

@@ -53,7 +53,7 @@ def print_diagnosis(
                 total=bool(diagnosis.residual.unit),
             )
         )
-    for text in (*shown_lines(diagnosis.shown), *remarks(diagnosis)):
+    for text in (*allowed(diagnosis), *shown_lines(diagnosis.shown), *remarks(diagnosis)):
         say(out, text)
     _print_findings(out, [readable(text) for text in diagnosis.findings])
     _print_steps(out, diagnosis, invocation)
@@ -168,9 +168,9 @@ def shown_lines(shown: Mapping[str, Any]) -> list[str]:
 
 
 def remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What tolerances took up, and notes that the verdict has not said already."""
+    """Notes that the verdict has not said already."""
     notes = diagnosis.notes[:-1] if diagnosis.verdict == "cannot tell" else diagnosis.notes
-    return (*allowed(diagnosis), *(readable(note) for note in notes))
+    return tuple(readable(note) for note in notes)
 
 
 def _print_findings(out: Console, findings: Sequence[str]) -> None:
