@@ -84,3 +84,8 @@ def refuse_others(name: str, kinds: Sequence[Kind], wanted: Sequence[Kind], of: 
                 f" {own.effort} in {own.unit('N m')}), that of {of} is {other.name}: correct the"
                 " units of theta and tau_meas, or diagnose its axes by themselves (--base axis)"
             )
+
+
+def with_unit(value: str, unit: str) -> str:
+    """A value with its unit; unit 1 is left out, as it reads as a second number."""
+    return value if unit in ("1", "") else f"{value} {unit}"

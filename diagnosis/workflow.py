@@ -25,13 +25,16 @@ from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Given, Options, RunSet, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
+from flexhex.diagnosis.result.changed import tolerated_of
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
+from flexhex.diagnosis.result.laden import answered
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
-from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
+from flexhex.diagnosis.selection.decided import verdict_of
 from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
@@ -124,8 +127,12 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         before if main is settled else before_of(main.fit.bench.model, main.others), main
     )
     notes += [*slow(residual, main.left), *resting(residual)]
-    verdict = _verdict(model, sides, named, changed, notes, run_set.coarse)
+    verdict = verdict_of(model, sides, named, changed, notes, run_set.coarse)
+    if run_set.doubt and answered(settled.fit.bench.model.base, changed, run_set.runs):
+        findings = tuple(text for text in run_set.findings if text != run_set.doubt)
+        run_set = replace(run_set, findings=findings, doubt="")
     doubt = run_set.doubt or negative(settled.fit, CRITERIA.deviations)
+    least = CRITERIA.deviations, CRITERIA.smallest_effect
     progress("done", 4, 4)
     return Diagnosis(
         verdict,
@@ -141,6 +148,9 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         remains=settled.rests,
         confidence=None if doubt else _confidence(settled, verdict),
         doubt=doubt,
+        tolerated=()
+        if verdict in ("unknown", "cannot tell")
+        else tolerated_of(settled.fit, *least),
     )
 
 
@@ -216,34 +226,3 @@ def diagnose_files(
 ) -> dict[str, Any]:
     """`diagnose` as the data of `--json`."""
     return diagnose(paths, held_out, machine_file, options).data()
-
-
-def _left(side: Side) -> dict[int, float]:
-    """RMS [N m] of what is left on axes (from 0)."""
-    return {rest.axis - 1: rest.rms for rest in side.rests}
-
-
-def _verdict(
-    model: Calibrated,
-    sides: Sequence[Side],
-    named: Sequence[Named],
-    changed: Sequence[Changed],
-    notes: list[str],
-    coarse: Array,
-) -> str:
-    if named:
-        return "ambiguous" if any(effect.rivals for effect in named) else "named"
-    if not model.noise.repeats:
-        notes.append("no trajectory was run twice, so noise cannot be set apart: run each again")
-        return "changed" if changed else "cannot tell"
-    if any(side.remains for side in sides):
-        # a rest that is many times what the angles' own error makes is none of it
-        least = coarse / CRITERIA.largest_rest
-        if all(_left(side).get(a, 0.0) < least[a] for side in sides for a in side.remains):
-            notes.append(
-                "it may be the error of the encoder, which repeats: finer angles would tell"
-            )
-            return "changed" if changed else "cannot tell"
-        return "unknown"
-    unconfirmed = any(side.unconfirmed for side in sides)
-    return "changed" if changed else "cannot tell" if unconfirmed else "none"

@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Known, Motion
 from flexhex.diagnosis.basemodels.robot_file import Robot
+from flexhex.fmus.common.machine.sections import Tolerance
 
 Array = NDArray[np.float64]
 ERRORS = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
@@ -50,10 +51,10 @@ class Placements:
     level axes are felt: those of gravity.
     """
 
-    def __init__(self, robot: Robot, pin: Any, length: float, spread: float) -> None:
-        """length: of the robot [m]; spread: tolerance of places, relative to it, and of angles."""
+    def __init__(self, robot: Robot, pin: Any, length: float, tolerance: Tolerance) -> None:
+        """length: of the robot [m]; tolerance: of places, relative to it, of angles and gravity."""
         self.robot, self._pin = robot, pin
-        self.known = _errors(robot, length, spread)
+        self.known = _errors(robot, length, tolerance)
         self._displaced = self._built()
 
     def _built(self) -> _Displaced:
@@ -67,7 +68,7 @@ class Placements:
         for place in range(1, robot.model.njoints):
             name, before = robot.model.names[place], robot.model.parents[place]
             at, on = robot.model.jointPlacements[place], joints.get(before, foot)
-            if before:
+            if before and len(gravity) < len(self.known):
                 on = model.addJoint(on, free, at, f"place of {name}")
                 errors += range(model.joints[on].idx_v, model.joints[on].idx_v + 6)
                 at = here
@@ -120,21 +121,21 @@ class Placements:
         return shown.model, shown.data
 
 
-def _errors(robot: Robot, length: float, spread: float) -> tuple[Known, ...]:
+def _errors(robot: Robot, length: float, tolerance: Tolerance) -> tuple[Known, ...]:
     """Gravity's direction, then the place of each joint that stands on another one, in the order
     of the model."""
     model = robot.model
     g = model.gravity.linear
     listed = [
-        Known(f"gravity.{axis}", "rad", 0.0, spread, f"gravity.{axis}")
+        Known(f"gravity.{axis}", "rad", 0.0, tolerance.gravity, f"gravity.{axis}")
         for axis, moved in zip("xyz", np.cross(g, np.eye(3)), strict=True)
-        if moved.any()
+        if moved.any() and tolerance.gravity
     ]
     bodies = dict(zip(robot.places, robot.bodies, strict=True))
     for place in range(1, model.njoints):
-        if model.parents[place]:
+        if model.parents[place] and tolerance.geometry:
             for error, unit in ERRORS:
                 name = f"{bodies[place]}.{error}"
                 size = length if unit == "m" else 1.0
-                listed.append(Known(name, unit, 0.0, spread * size, name))
+                listed.append(Known(name, unit, 0.0, tolerance.geometry * size, name))
     return tuple(listed)

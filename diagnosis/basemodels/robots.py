@@ -44,8 +44,8 @@ class RobotBase(ColumnBase):
         bodies = [10 * (place - 1) + k for place in robot.places for k in range(10)]
         self._pick = np.ix_(self._at, bodies)
         self._identity = np.eye(n)
-        if tolerance.geometry:
-            self.geometry = Placements(robot, self._pin, self.length, tolerance.geometry)
+        if tolerance.geometry or tolerance.gravity:
+            self.geometry = Placements(robot, self._pin, self.length, tolerance)
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, 11 n): bodies in the order of the axes, then rotors."""

@@ -51,7 +51,7 @@ def loosened(base: Base, changes: Sequence[Change]) -> tuple[Base, list[str]]:
             " less"
         )
     if lasting:
-        places = "--tolerance geometry=0.002 fits places of joints"
+        places = "--tolerance geometry=0.002 fits places of joints, gravity=0.002 a tilt"
         notes.append(
             f"{', '.join(lasting)}: changed, as the diagnosis found, but nothing that is fitted"
             f" here ({places})"

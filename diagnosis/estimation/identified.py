@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,8 @@ from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+EXACT = {"geometry": 0.0, "gravity": 0.0}
+"""Tolerances of a geometry that is that of the file."""
 FAR = 1000
 """Standard deviations of which more say no more."""
 Progress = Callable[[str, int, int], None]
@@ -52,8 +55,11 @@ def identify(
     options = options or Options()
     more = more or Extras()
     progress("reading", 0, 3)
+    placed = not options.tolerance.keys().isdisjoint(EXACT)
+    if placed:
+        options = replace(options, tolerance={**EXACT, **options.tolerance})
     base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
-    base = _plain(base, options.tolerance, settle)
+    base = _plain(base, placed, settle)
     if trouble := trouble or mispaired(base, run_set.runs):
         raise LogError(trouble)
     more.check(base.n)
@@ -109,10 +115,10 @@ def _fitted(
     return estimated, smoothed, [*carried, *freed], out
 
 
-def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> Base:
-    """The base model with the geometry of its file, unless its tolerance was given."""
+def _plain(base: Base, placed: bool, settle: float | None) -> Base:
+    """The base model with the geometry of its file, unless a tolerance of it was given."""
     plain = copy(base)
-    if "geometry" not in tolerance:
+    if not placed:
         plain.geometry = None
     if settle is not None:
         plain.settle = settle

@@ -28,8 +28,8 @@ def inverse_model(identified: Identified) -> equations.Identified:
     estimated, base = identified.estimated, identified.estimated.model.base
     if base.geometry is not None:
         raise UsageError(
-            "--fmu: places of joints were fitted, too, which the FMU takes from the file: take"
-            " --tolerance geometry out"
+            "--fmu: places of joints or gravity were fitted, too, which the FMU takes from the"
+            " file: take --tolerance geometry and gravity out"
         )
     values = {one.name: one.estimate.value for one in identified.parameters}
     own = [Parameter(k.name, k.unit, values[k.name]) for k in base.linear]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import Changed
 from flexhex.fmus.common.machine.sections import Actuator, Body, EndEffector, Flexures, UpperArm
 from flexhex.fmus.common.model.bodies import INERTIA_NAMES, STIFFNESS_NAMES, inertia, point_mass
@@ -53,7 +54,8 @@ def changed_sections(data: Data, changes: Sequence[Changed]) -> tuple[Data, list
 
 def _text(change: Changed) -> str:
     e = change.estimate
-    return f"{change.parameter} from {change.nominal:.6g} to {e.value:.6g} {e.unit}"
+    text = f"{change.parameter} from {change.nominal:.6g} to {e.value:.6g}"
+    return with_unit(text, e.unit)
 
 
 def _try(act: Callable[[], None]) -> str:

@@ -12,7 +12,7 @@ from scipy.special import chdtrc, erfc
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.regression.payloads import Load
-from flexhex.diagnosis.result.verdict import NORMAL, Changed, Estimate
+from flexhex.diagnosis.result.verdict import NORMAL, Changed, Estimate, Tolerated
 
 Array = NDArray[np.float64]
 LENGTHS = 0.003
@@ -58,6 +58,32 @@ def _as_written(move: Array, covariance: Array) -> bool:
     inverse = np.linalg.pinv(covariance / np.outer(size, size), hermitian=True)
     square = float((move / size) @ inverse @ (move / size))
     return bool(chdtrc(len(move), square) > erfc(NORMAL / np.sqrt(2)))
+
+
+def tolerated_of(fit: Joint, sure: float, least: float) -> tuple[Tolerated, ...]:
+    """Errors of the geometry that have not left their tolerances, stand `sure` deviations above
+    zero, and make more than a share `least` of an axis' torque: the largest share first."""
+    model = fit.bench.model
+    errors = model.base.geometry.known if model.base.geometry else ()
+    first = model.known.index(errors[0]) if errors else 0
+    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    places = np.arange(first, first + len(errors))
+    places = places[np.abs(fit.q[places]) > sure * deviation[places]]
+    places = places[[place not in fit.freed for place in places]]
+    axes = range(model.base.n)
+    squares = np.array([(model.kept_B.at(i, places) ** 2).mean(axis=0) for i in axes])
+    share = np.abs(fit.q[places]) * np.sqrt(squares) / model.torque_rms[:, None]
+    listed = []
+    for place, own in zip(places, share.T, strict=True):
+        known, wide = model.known[place], deviation[place] * model.scale[place]
+        one = _change(
+            known.name, known.written, model.scale[place] * fit.q[place], wide, known.unit
+        )
+        axis = int(np.argmax(own))
+        more = known.tolerance, axis + 1, float(own[axis])
+        listed.append(Tolerated(one.parameter, one.nominal, one.estimate, (), *more))
+    above = [one for one in listed if one.share > least]
+    return tuple(sorted(above, key=lambda one: -one.share))
 
 
 def impossible(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:

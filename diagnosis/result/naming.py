@@ -10,6 +10,7 @@ import numpy as np
 
 from flexhex.diagnosis.jointfit.answer import Joint, shares, torque_of
 from flexhex.diagnosis.jointfit.effects import Part
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import NORMAL, Estimate, Named
 from flexhex.fmus.common.effects import Effect, library
 
@@ -88,9 +89,9 @@ def faint_parts(fit: Joint, places: Collection[int]) -> list[str]:
 
 def _in_words(fit: Joint, k: int) -> str:
     """A part of a fit with its axis and values."""
-    listed = _estimates(fit, k, 0.0).items()
-    values = ", ".join(f"{name} {own.value:.3g} {own.unit}" for name, own in listed)
-    part = fit.parts[k]
+    part, listed = fit.parts[k], _estimates(fit, k, 0.0).items()
+    told = [with_unit(f"{name} {own.value:.3g}", own.unit) for name, own in listed if own.told]
+    values = ", ".join(told)
     return f"{_known(fit)[part.id].title} on axis {(part.axis or 0) + 1} ({values})"
 
 
@@ -136,7 +137,8 @@ def _axis(part: Part) -> int:
 
 
 def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
-    """Gains, then shapes, of one part; error: of its form."""
+    """Gains, then shapes, of one part; error: of its form. A shape with no other value to try and
+    an effect that is there in full say nothing to a reader."""
     part = fit.parts[k]
     item = fit.bench.effects.get(part.id)
     effect = library()[part.id] if item is None or part.id in library() else item.effect
@@ -147,13 +149,17 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
         alike = [v for g, v in zip(effect.gains, fit.beta[k], strict=True) if g.unit == gain.unit]
         wide = float(np.linalg.norm([std, error * np.linalg.norm(alike), error * turned]))
         unit, positive = kind.unit(gain.unit), gain.low == 0
-        estimates[gain.name] = _estimate(float(value), wide, unit, positive)
+        one = _estimate(float(value), wide, unit, positive)
+        estimates[gain.name] = replace(one, told=not gain.full or one.ci95[1] < gain.high)
+    tried = effect.shapes if item is None else item.effect.shapes
+    searched = {shape.name for shape in tried if len(shape.grid) > 1}
     for shape in effect.shapes:
         std = fit.deviations.shapes[k].get(shape.name, 0.0)
         bent = error * fit.deviations.bent[k].get(shape.name, 0.0)
         wide = float(np.hypot(std, bent))
         unit, positive = kind.unit(shape.unit), shape.low >= 0
-        estimates[shape.name] = _estimate(part.shape[shape.name], wide, unit, positive)
+        one = _estimate(part.shape[shape.name], wide, unit, positive)
+        estimates[shape.name] = replace(one, told=shape.name in searched)
     return estimates
 
 

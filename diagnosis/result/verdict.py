@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,17 +12,13 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
+from flexhex.diagnosis.result.rest import Rest
 
 Array = NDArray[np.float64]
 NORMAL = 1.96
 """Standard deviations to either end of a 95 % interval."""
 MEND = "mend the log"
 """What is to be done before anything can be told."""
-UNCONFIRMED = "but one trajectory cannot show it: record another one"
-REFUTED = "but not on the held-out runs"
-TOO_LARGE = "but too much would be left for a name"
-UNSURE = "but these runs do not determine how large"
-"""Why effects that explain a part of what repeats have no name."""
 WORSE = 1.02
 """Growth of a residual from which on it counts as worse."""
 LARGE = 0.2
@@ -32,55 +28,16 @@ VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % interval, in `unit`."""
+    """A value with its 95 % interval, in `unit`; told: it says something to a reader."""
 
     value: float
     ci95: tuple[float, float]
     unit: str
+    told: bool = True
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
         return {"value": self.value, "ci95": [_finite(v) for v in self.ci95], "unit": self.unit}
-
-
-@dataclass(frozen=True)
-class Rest:
-    """What repeats on an axis (from 1) beside all that is named: its RMS in `unit`, and as a share
-    of the axis' torque; what it goes with, where that is known. beside: effects that are named
-    leave it there; form: no more than errors of their form leave. fitted: effects that explain a
-    part of it, and have no name; fitted_share: of its squares, which they explain; why: they have
-    none. repeats: seen between passes; else it is only what is left."""
-
-    axis: int
-    rms: float
-    unit: str
-    share: float
-    what: str = ""
-    beside: bool = False
-    form: bool = False
-    fitted: tuple[str, ...] = ()
-    fitted_share: float = 0.0
-    why: str = ""
-    repeats: bool = True
-
-    def data(self) -> dict[str, Any]:
-        """As in `--json`."""
-        return asdict(self)
-
-    def sentence(self) -> str:
-        """For the notes."""
-        there = "repeats" if self.repeats else "is left"
-        text = f"{self.rms:.2g} {self.unit} on axis {self.axis} {there}"
-        text += " beside what was found" if self.beside else ""
-        if self.form:
-            return f"{text}: its form is not exact"
-        goes = f": it goes with {self.what}" if self.what else ""
-        if self.fitted:
-            part = f"would explain {100 * self.fitted_share:.0f} % of its mean square"
-            return f"{text}{goes}; {', '.join(self.fitted)} {part}, {self.why}"
-        if not self.repeats:
-            return f"{text}, and nothing that is named explains it{goes}"
-        return f"{text} and is explained by no effect of the library{goes}"
 
 
 @dataclass(frozen=True)
@@ -138,6 +95,21 @@ class Changed:
             "unit": e.unit,
             "runs": list(self.runs),
         }
+
+
+@dataclass(frozen=True)
+class Tolerated(Changed):
+    """A parameter that differs from the machine file no more than its tolerance (one standard
+    deviation) allows, and the share of an axis' torque (from 1) that the difference makes."""
+
+    tolerance: float = math.inf
+    axis: int = 1
+    share: float = 0.0
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        more = {"tolerance": self.tolerance, "axis": self.axis, "share": self.share}
+        return {k: v for k, v in super().data().items() if k != "runs"} | more
 
 
 @dataclass(frozen=True)
@@ -218,6 +190,7 @@ class Diagnosis:
     remains: tuple[Rest, ...] = ()
     confidence: Confidence | None = None
     doubt: str = ""
+    tolerated: tuple[Tolerated, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -228,6 +201,7 @@ class Diagnosis:
             "compared": self.confidence.data() if self.confidence else None,
             "effects": [effect.data() for effect in self.effects],
             "changed": [change.data() for change in self.changed],
+            "tolerated": [one.data() for one in self.tolerated],
             "remains": [rest.data() for rest in self.remains],
             "residual": self.residual.data(),
             "machine": self.machine,

@@ -18,14 +18,10 @@ from flexhex.diagnosis.result.naming import (
     widened,
 )
 from flexhex.diagnosis.result.pictured import Candidate
+from flexhex.diagnosis.result.rest import REFUTED, TOO_LARGE, UNCONFIRMED, UNSURE, Rest
 from flexhex.diagnosis.result.verdict import (
-    REFUTED,
-    TOO_LARGE,
-    UNCONFIRMED,
-    UNSURE,
     Changed,
     Named,
-    Rest,
 )
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from flexhex.diagnose.numbers import listed, measured, number
 from flexhex.diagnose.sizes import SEVERAL
+from flexhex.diagnose.titles import effort
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 
 MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
@@ -16,14 +18,27 @@ def other_values(diagnosis: Diagnosis) -> list[str]:
     """A sentence on the parameters that are others than the machine file says, or none."""
     parts, everywhere = [], [c for c in diagnosis.changed if not c.runs]
     for c in everywhere[:SEVERAL]:
-        unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
         means = MEANINGS.get(c.parameter.split(".")[0], "")
-        value = f"{measured(c.estimate)}, not {number(c.nominal)}{unit}"
-        parts.append(f"{c.parameter}{means} is {value}")
+        nominal = with_unit(number(c.nominal), c.estimate.unit)
+        parts.append(f"{c.parameter}{means} is {measured(c.estimate)}, not {nominal}")
     more = len(everywhere) - SEVERAL
     if more > 0:
         parts.append(f"{more} more")
     return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
+
+
+def allowed(diagnosis: Diagnosis) -> list[str]:
+    """A sentence on what is no finding, as tolerances allow it, though it makes a torque."""
+    parts = []
+    for one in diagnosis.tolerated[:SEVERAL]:
+        means = MEANINGS.get(one.parameter.split(".")[0], "")
+        tolerance = with_unit(f"{one.tolerance:.3g}", one.estimate.unit)
+        value = f"{one.parameter}{means} is {measured(one.estimate)}, tolerance {tolerance}"
+        of = f"{effort([diagnosis.residual.units[one.axis - 1]])} of axis {one.axis}"
+        parts.append(f"{value}, which makes {number(100 * one.share, 2)} % of the {of}")
+    if (more := len(diagnosis.tolerated) - SEVERAL) > 0:
+        parts.append(f"{more} more, which make less")
+    return [f"No finding, as the tolerances allow it: {'; '.join(parts)}."] if parts else []
 
 
 def felt(diagnosis: Diagnosis) -> list[Changed]:

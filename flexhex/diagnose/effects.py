@@ -15,12 +15,14 @@ Rows = list[tuple[str, ...]]
 
 def effect_rows(diagnosis: Diagnosis) -> Rows:
     """A row for each place that has an effect; its name and share stand in the first one. A
-    parameter that the runs do not determine is in none: see `undetermined`."""
+    parameter that the runs do not determine is in none: see `undetermined`; nor is one that says
+    nothing to a reader."""
     rows: Rows = []
     for e in diagnosis.effects:
         name, share = title(e.id) + (" *" if e.rivals else ""), percent(e.share)
         for axis, estimates in e.parts or ((0, e.parameters),):
-            known = [f"{key} = {measured(v)}" for key, v in estimates.items() if _determined(v)]
+            told = {key: v for key, v in estimates.items() if v.told and _determined(v)}
+            known = [f"{key} = {measured(v)}" for key, v in told.items()]
             place = where((axis,) if axis else e.axes, short=True)
             rows.append((name, place, ", ".join(known), share))
             name = share = ""
@@ -34,13 +36,17 @@ def undetermined(diagnosis: Diagnosis) -> list[str]:
     for e in diagnosis.effects:
         parts = e.parts or ((0, e.parameters),)
         for key in dict.fromkeys(key for _, estimates in parts for key in estimates):
-            open_ = {axis: v[key] for axis, v in parts if key in v and not _determined(v[key])}
+            open_ = {axis: v[key] for axis, v in parts if key in v and _open(v[key])}
             values = dict.fromkeys(f"{number(v.value)} {printed(v.unit)}" for v in open_.values())
             if open_:
                 there = f" on {where(tuple(sorted({*open_} - {0})))}" if {*open_} != {0} else ""
                 text = f"{title(e.id)}: {key} is not determined{there}"
                 lines.append(f"{text} (in the fit: {listed([v.strip() for v in values])})")
     return lines
+
+
+def _open(value: Estimate) -> bool:
+    return value.told and not _determined(value)
 
 
 def _determined(value: Estimate) -> bool:

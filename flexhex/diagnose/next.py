@@ -16,6 +16,8 @@ from flexhex.fmus.common.effects import library
 
 NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")
 """Options of `diagnose` with a value that `identify` has not."""
+OF_THE_FILE = ("geometry=", "gravity=")
+"""Tolerances with which `identify` builds no FMU."""
 MANY = 3
 """Files from which on a command shows their pattern."""
 APPLICABLE = ("named", "ambiguous", "changed")
@@ -37,6 +39,10 @@ class Invocation:
         for option in NOT_OF_IDENTIFY:
             while option in words:
                 del words[words.index(option) : words.index(option) + 2]
+        # an FMU takes places of joints and gravity from the file
+        placed = [k for k, word in enumerate(words) if word.startswith(OF_THE_FILE)]
+        for k in reversed(placed):
+            del words[k - 1 : k + 1]
         words = [word for word in words if word not in ("--json", "--isolability")]
         return joined([*words, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import Estimate
 from flexhex.output.tables import printed
 
@@ -24,7 +25,7 @@ def number(value: float, digits: int = 3) -> str:
 def measured(e: Estimate) -> str:
     """`0.050 ± 0.003 N m`, `(3.7 ± 0.3)e-5 s`: the digits are those of the interval; unit 1 is left
     out."""
-    unit = "" if e.unit in ("1", "") else f" {printed(e.unit)}"
+    unit = with_unit("", printed(e.unit))
     low, high = e.ci95
     half = 0.5 * (high - low)
     if math.isinf(half):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnose.changes import allowed
 from flexhex.diagnose.effects import EFFECTS, effect_rows, undetermined
 from flexhex.diagnose.maps import map_figures, spectrum_figures
 from flexhex.diagnose.next import Invocation, next_steps, shortened
@@ -120,7 +121,7 @@ def _residual(diagnosis: Diagnosis) -> list[PageSection]:
     return [
         PageSection(
             residual_title(residual),
-            text,
+            " ".join([text, *allowed(diagnosis)]),
             residual_columns(residual),
             residual_rows(diagnosis),
             {"residual": drawn},

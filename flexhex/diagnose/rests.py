@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.sizes import SEVERAL
 from flexhex.diagnose.titles import effort, phrase, where
-from flexhex.diagnosis.result.verdict import Rest
+from flexhex.diagnosis.result.rest import Rest
 
 
 def unexplained(rests: Sequence[Rest]) -> str:

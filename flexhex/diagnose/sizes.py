@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 
 from flexhex.diagnose.numbers import listed, measured, number, rounded
+from flexhex.diagnosis.kinds import with_unit
 from flexhex.diagnosis.result.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
@@ -37,13 +38,14 @@ def _amounts(estimates: Sequence[Sequence[Estimate]], alone: bool) -> str:
         # sine and cosine
         lengths = [number(math.hypot(a.value, b.value)) for a, b in zip(*estimates, strict=True)]
         unit = estimates[0][0].unit
-        return f" of {listed(lengths)}" + ("" if unit == "1" else f" {unit}")
+        return f" of {with_unit(listed(lengths), unit)}"
     if len(estimates) != 1:
         return ""
     (same,) = estimates
     if len(same) > SEVERAL:
         values = sorted(abs(e.value) for e in same)
-        return f" of {number(values[0])} to {number(values[-1])} {same[0].unit}"
+        size = f"{number(values[0])} to {number(values[-1])}"
+        return f" of {with_unit(size, same[0].unit)}"
     return f" of {listed([measured(e) for e in same])}"
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 
-from flexhex.diagnose.changes import felt
+from flexhex.diagnose.changes import allowed, felt
 from flexhex.diagnose.effects import EFFECTS, Rows, effect_rows, rivalry, undetermined
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import number, percent
@@ -20,7 +20,7 @@ from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
 from flexhex.output import tables
-from flexhex.output.tables import Column
+from flexhex.output.tables import Column, printed
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")
@@ -53,7 +53,7 @@ def print_diagnosis(
                 total=bool(diagnosis.residual.unit),
             )
         )
-    for text in (*shown_lines(diagnosis.shown), *remarks(diagnosis)):
+    for text in (*allowed(diagnosis), *shown_lines(diagnosis.shown), *remarks(diagnosis)):
         say(out, text)
     _print_findings(out, [readable(text) for text in diagnosis.findings])
     _print_steps(out, diagnosis, invocation)
@@ -81,7 +81,9 @@ def changed_rows(diagnosis: Diagnosis) -> Rows:
     for c in felt(diagnosis):
         e = c.estimate
         interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
-        rows.append((c.parameter, number(c.nominal, 4), number(e.value, 4), interval, e.unit))
+        rows.append(
+            (c.parameter, number(c.nominal, 4), number(e.value, 4), interval, printed(e.unit))
+        )
     return rows
 
 

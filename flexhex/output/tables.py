@@ -57,8 +57,12 @@ class Column:
 
 
 def printed(unit: str) -> str:
-    """A unit as it is printed: `kg m²` of `kg m2`."""
-    return re.sub(r"\b(m|s|mm|rad)([23])\b", lambda u: u[1] + "²³"[int(u[2]) - 2], unit)
+    """A unit as it is printed: `kg m²` of `kg m2`; 1 reads as a number and is left out."""
+    return (
+        ""
+        if unit == "1"
+        else re.sub(r"\b(m|s|mm|rad)([23])\b", lambda u: u[1] + "²³"[int(u[2]) - 2], unit)
+    )
 
 
 def table(title: str, columns: Sequence[Column], rows: Sequence[Row], total: bool = False) -> Group:

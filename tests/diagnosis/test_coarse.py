@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.workflow import _verdict
+from flexhex.diagnosis.selection.decided import verdict_of
 
 
 @pytest.mark.parametrize(
@@ -29,5 +29,5 @@ def test_what_is_left_may_be_the_error_of_the_angles(
     side: Any = SimpleNamespace(remains=[axis - 1 for axis in left], rests=rests)
     model: Any = SimpleNamespace(noise=SimpleNamespace(repeats=True))
     notes = list[str]()
-    assert _verdict(model, [side], [], [], notes, np.array(coarse)) == verdict
+    assert verdict_of(model, [side], [], [], notes, np.array(coarse)) == verdict
     assert bool(notes) == (verdict == "cannot tell")

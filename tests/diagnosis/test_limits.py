@@ -11,10 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnose.effects import effect_rows, undetermined
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
+from flexhex.diagnosis.jointfit.answer import joint
+from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Options, run_set_of
+from flexhex.diagnosis.result.naming import named_of, unnamed_parts
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.selection.evidence import tried
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.select import select
@@ -84,6 +89,31 @@ def test_limit_is_named_where_the_motion_shows_it(
     for accepted in selection.accepted:
         hypothesis: Any = accepted.score.hypothesis
         assert hypothesis.shapes[accepted.score.shape]["tau_lim"] == pytest.approx(limit, rel=0.02)
+
+
+@pytest.mark.parametrize(("lost", "said"), [(1.0, ["tau_lim"]), (0.5, ["clip", "tau_lim"])])
+def test_only_what_says_something_of_a_limit_is_told(
+    lost: float, said: list[str], tmp_path: Path
+) -> None:
+    """Its corner was not searched, and that it takes all beyond is what a limit does."""
+    assert SHARP is not None
+    paths = [log(tmp_path, seed, number, LIMIT) for seed in (1, 2) for number in (1, 2)]
+    base, run_set, _ = run_set_of(paths, [], None, Options(base="axis"))
+    model, _, _ = fitted(base, run_set.runs)
+    bench = Bench(model, compiled(1, {SHARP.id: SHARP}, model.base.holds))
+    part = Part.of(bench, SHARP.id, 0, {"tau_lim": LIMIT, "p": 400.0})
+    fit = joint(bench, [SelectedEffect(SHARP.id, (part,))])
+    fit = replace(fit, beta=(lost * fit.beta[0],))
+    (effect,) = named_of(fit, [0.0])
+    assert list(effect.data()["parameters"]) == ["clip", "tau_lim", "p"]
+    assert [name for name, one in effect.parameters.items() if one.told] == said
+    (note,) = unnamed_parts(fit, [0])
+    assert ("p 400" in note, "clip" in note) == (False, "clip" in said)
+    residual: Any = SimpleNamespace()
+    diagnosis = Diagnosis("named", (effect,), (), residual)
+    ((_, _, values, _),) = effect_rows(diagnosis)
+    assert [text.split(" = ")[0] for text in values.split(", ")] == said
+    assert not undetermined(diagnosis)
 
 
 def test_what_the_motion_does_not_show_is_paid_for() -> None:

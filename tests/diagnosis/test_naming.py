@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Options, run_set_of
-from flexhex.diagnosis.result.naming import named_of
+from flexhex.diagnosis.result.naming import named_of, unnamed_parts
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv
 from tests.diagnosis.test_payloads_arm import planar
@@ -60,6 +61,14 @@ def test_interval_of_a_positive_value_does_not_go_below_zero(tmp_path: Path) -> 
     assert effect.parameters["s_0"].ci95[0] == 0.0
     assert effect.parameters["F_c"].ci95[1] == pytest.approx(2.96 * fit.beta[0][0])
     assert lost.parameters["s_0"].ci95 == (-np.inf, np.inf)
+
+
+def test_note_has_no_unit_1(tmp_path: Path) -> None:
+    """`g 0.1 1` would read as two numbers."""
+    bench = bench_of(tmp_path, friction_and_wave)
+    part = Part.of(bench, "torque_ripple", 0, {"order": 29.0})
+    (note,) = unnamed_parts(joint(bench, [SelectedEffect("torque_ripple", (part,))]), [0])
+    assert re.search(r"\(a [-\de.]+, b [-\de.]+, order [\d.]+ 1/rad\): in the fit", note)
 
 
 @pytest.mark.parametrize(("axes", "rivals"), [((1,), ("coulomb_friction",)), ((0, 1), ())])

@@ -113,11 +113,27 @@ def test_doubt_is_told_before_the_search(tmp_path: Path) -> None:
     assert answer.confidence is None
 
 
-def written(folder: Path, times: Array) -> list[Path]:
+@pytest.mark.parametrize(("load", "answered"), [(3.0, True), (0.0, False)])
+def test_payload_that_was_found_answers_the_doubt(
+    load: float, answered: bool, tmp_path: Path
+) -> None:
+    """Its torques have a form of their own; torques that are all 2.4 times as large have not,
+    though a heavier last body and rotors explain them as well."""
+    told = list[str]()
+    times = np.ones(2) if load else 2.4 * np.ones(2)
+    paths = written(tmp_path, times, load)
+    answer = diagnose(paths, options=Options(base=EXAMPLE), note=told.append)
+    assert "times that on axis 2: another machine's file, a payload" in told[0]
+    assert {"link_2.m", "link_2.mc", "link_2.J"} == {one.parameter for one in answer.changed}
+    assert (answer.doubt == "") == answered
+    assert (told[0] not in answer.findings) == answered
+
+
+def written(folder: Path, times: Array, load: float = 0.0) -> list[Path]:
     """Logs of two motions, each run twice, whose torques are so many times too large."""
     paths = []
     for seed, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
-        log = logged(seed, number, 0.0, (0.0, 0.0))
+        log = logged(seed, number, load, (0.3, 0.0))
         rows = np.column_stack([log["time"], log["theta"], log["tau_meas"] * times])
         paths.append(folder / f"{seed}_{number}.csv")
         head = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"

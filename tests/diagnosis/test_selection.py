@@ -13,7 +13,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Options, run_set_of
-from flexhex.diagnosis.result.verdict import UNCONFIRMED
+from flexhex.diagnosis.result.rest import UNCONFIRMED
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.nameless import nameless, tolerated

@@ -47,6 +47,14 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     assert wanted not in [command for _, command in next_steps(foreign, invocation)]
 
 
+def test_fmu_has_the_geometry_of_the_file() -> None:
+    """`identify` builds none beside a geometry that it fits."""
+    given = ("--tolerance", "mass=0.1", "--tolerance", "gravity=0.0005")
+    words = ("flexhex", "diagnose", "a.csv", *given, "--base", "arm.urdf")
+    command = Invocation(words, "arm.urdf").identify()
+    assert "--tolerance mass=0.1 --base" in command
+
+
 def test_effect_is_written_where_the_base_model_can_have_it() -> None:
     """Those of the library are for machine files; a robot's or an axis' effect is a file."""
     assert "docs/diagnose.md, Adding an effect" in next_steps(UNKNOWN, INVOCATION)[0][0]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+from flexhex.diagnose.effects import undetermined
+from flexhex.diagnose.view import changed_rows
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.result.verdict import Named
-from tests.flexhex.diagnoses import BASIC, estimate
+from flexhex.diagnosis.result.naming import by_name
+from flexhex.diagnosis.result.verdict import Changed, Named
+from tests.flexhex.diagnoses import BASIC, EXAMPLES, estimate
 
 
 def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
@@ -37,3 +41,17 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
     limit = {"clip": estimate(0.98, 0.05, "1"), "tau_lim": estimate(8.6, 0.25, "N m")}
     diagnosis = replace(BASIC, effects=(Named("torque_saturation", "", (1,), limit),))
     assert "a torque limit of 8.6 ± 0.2 N m that" in verdict(diagnosis)
+
+
+def test_no_sentence_or_table_has_unit_1() -> None:
+    """It would read as a second number."""
+    parts = tuple((axis, {"g": estimate(0.1 * axis, 0.01, "1")}) for axis in (1, 2, 3, 4))
+    gains = Named("drive_gain", "", (1, 2, 3, 4), by_name(parts), parts)
+    assert "of 0.100 to 0.400 that" in verdict(replace(BASIC, effects=(gains,)))
+    open_ = replace(gains, axes=(1,), parts=((1, {"g": estimate(0.1, math.inf, "1")}),))
+    (line,) = undetermined(replace(BASIC, effects=(open_,)))
+    assert line.endswith("(in the fit: 0.100)")
+    changed = (Changed("ratio", 0.0, estimate(0.1, 0.01, "1")),)
+    other = replace(EXAMPLES["changed"], changed=changed)
+    assert verdict(other).endswith("ratio is 0.100 ± 0.010, not 0.")
+    assert changed_rows(other)[0][-1] == ""

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from flexhex.diagnose.changes import allowed
 from flexhex.diagnose.effects import effect_rows, undetermined
 from flexhex.diagnose.next import Invocation
 from flexhex.diagnose.numbers import listed, measured, number, percent
+from flexhex.diagnose.page import write_diagnosis
 from flexhex.diagnose.view import (
     closed,
     diagnosis_json,
@@ -22,7 +24,7 @@ from flexhex.diagnose.view import (
     residual_rows,
 )
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate
+from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate, Tolerated
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,
@@ -89,6 +91,27 @@ def test_effect_has_a_row_for_each_place() -> None:
     ((_, place, values, _),) = effect_rows(replace(BASIC, effects=(whole,)))
     assert place == "whole"
     assert all(f"{name} = " in values for name in whole.parameters)
+
+
+def test_what_tolerances_allow_is_said_with_what_it_makes(tmp_path: Path) -> None:
+    """In terminal, page and JSON; beyond a few how many more there are."""
+    tilt = Tolerated("gravity.x", 0.0, estimate(0.0081, 0.0002, "rad"), (), 0.002, 1, 0.042)
+    diagnosis = replace(BASIC, tolerated=(tilt,))
+    said = (
+        "No finding, as the tolerances allow it: gravity.x (the machine is tilted about this axis"
+        " of its foot) is 0.0081 ± 0.0002 rad, tolerance 0.002 rad, which makes 4.2 % of the"
+        " torque of axis 1."
+    )
+    assert allowed(diagnosis) == [said]
+    console = Console(file=io.StringIO(), width=100)
+    print_diagnosis(diagnosis, Invocation((), ()), console)
+    assert said in console.file.getvalue()  # type: ignore[attr-defined]
+    page = write_diagnosis(diagnosis, Invocation((), ()), [], tmp_path / "page.html")
+    assert said in page.read_text()
+    (data,) = diagnosis.data()["tolerated"]
+    assert (data["parameter"], data["tolerance"], data["axis"]) == ("gravity.x", 0.002, 1)
+    assert allowed(replace(BASIC, tolerated=(tilt,) * 5))[0].endswith("; 2 more, which make less.")
+    assert not allowed(BASIC)
 
 
 def test_parameter_that_is_not_determined_is_said_once_below_the_table() -> None:

@@ -13,9 +13,18 @@ from flexhex.diagnose.view import changed_rows, residual_columns
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.confidence import Confidence
-from flexhex.diagnosis.result.verdict import UNCONFIRMED, Changed, Named, Rest
+from flexhex.diagnosis.result.rest import UNCONFIRMED, Rest
+from flexhex.diagnosis.result.verdict import Changed, Named
 from flexhex.fmus.common.effects import library
-from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NAMED, coulomb, estimate
+from tests.flexhex.diagnoses import (
+    BASIC,
+    CANNOT,
+    EXAMPLES,
+    NAMED,
+    NON_REPEATABLE,
+    coulomb,
+    estimate,
+)
 
 SENTENCES = {
     "named": "Axis 3 has Coulomb friction of 0.050 ± 0.003 N m that the model lacks; it explains"
@@ -72,6 +81,26 @@ def test_held_out_runs_that_become_worse_are_said_to() -> None:
     text = verdict(replace(BASIC, residual=replace(BASIC.residual, held_out=held_out)))
     was, now = (number(k * before[2]) for k in (1.0, 1.5))
     assert f"On the held-out runs it is worse: {now} N m RMS remains, {was} N m before." in text
+
+
+@pytest.mark.parametrize(
+    ("ratio", "said"),
+    [(0.97, "On"), (0.99, "hardly"), (1.006, "hardly"), (1.03, "worse")],
+)
+def test_held_out_runs_that_hardly_change_do_not_show_an_effect(ratio: float, said: str) -> None:
+    """A motion that never comes to a torque limit neither confirms nor refutes one."""
+    before = 1.002 * NON_REPEATABLE
+    held_out = {"before": before, "after": ratio * before, "non_repeatable": NON_REPEATABLE}
+    if ratio < 1:
+        held_out["non_repeatable"] = 0.1 * before
+    text = verdict(replace(BASIC, residual=replace(BASIC.residual, held_out=held_out)))
+    was, now = (f"{number(k * before[2])} N m" for k in (1.0, ratio))
+    sentences = {
+        "On": f"On the held-out runs {now} RMS of {was} remains.",
+        "hardly": f"The held-out runs hardly show it: {was} RMS before, {now} after.",
+        "worse": f"On the held-out runs it is worse: {now} RMS remains, {was} before.",
+    }
+    assert text.endswith(sentences[said])
 
 
 def test_reason_that_asks_ends_as_it_does() -> None:
@@ -184,7 +213,12 @@ def test_doubt_about_the_model_stands_before_an_answer_that_names_nothing() -> N
     doubt = "95% stays of axis 2; less would be with 90 degrees taken from it. Unless: which file?"
     first = "95% stays of axis 2; less would be with 90 degrees taken from it: settle that first. "
     assert verdict(replace(CANNOT, doubt=doubt)) == first + SENTENCES["cannot tell"]
-    assert verdict(replace(BASIC, doubt=doubt)).endswith(" see the first finding.")
+    assert verdict(replace(BASIC, doubt=doubt)).endswith(
+        " But the model may not be this machine's: 95% stays of axis 2; less would be with 90"
+        " degrees taken from it."
+    )
+    asking = replace(BASIC, doubt="2 times that: another file?")
+    assert verdict(asking).endswith("machine's: 2 times that: another file?")
 
 
 @pytest.mark.parametrize("name", ["none", "changed"])

@@ -28,7 +28,8 @@ class Gain:
     """A linear parameter [unit]; zero means that the effect is absent.
 
     typical: a size worth noticing, also the scale below which it counts as zero; below: another
-    gain of the effect, in the same unit, and how many times that it is at most.
+    gain of the effect, in the same unit, and how many times that it is at most; full: at `high` the
+    effect is there in full, which says no more than its name.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Gain:
     high: float = math.inf
     description: str = ""
     below: tuple[str, float] | None = None
+    full: bool = False
 
 
 @dataclass(frozen=True)

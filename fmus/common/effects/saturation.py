@@ -60,7 +60,7 @@ class TorqueSaturation(Effect):
     """
 
     id, title, acts_on = "torque_saturation", "torque limit", "drive"
-    gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost"),)
+    gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost", full=True),)
     shapes = (
         Shape("tau_lim", "N m", 1e-4, 1e5, 0.8, GRID, "limit", of_peak=True),
         SHARP,

@@ -128,7 +128,8 @@ class Tolerance(Section):
 
     mass, inertia: of bodies; centre: of centres of mass, relative to the longer of L and l;
     stiffness: of the flexures; actuator: of its terms; sigma: of the hysteresis' width; geometry:
-    of places and lengths, relative to the longer of L and l, and of angles [rad].
+    of places and lengths, relative to the longer of L and l, and of angles [rad]; gravity: of its
+    direction [rad], of a robot's foot.
 
     Masses of real files are 1 to 10 % wrong, evenly on a logarithmic scale: 5 % RMS. Inertias are
     no better known. Centres follow: 5 % of a body's reach, which is about a tenth of an arm.
@@ -143,6 +144,7 @@ class Tolerance(Section):
     actuator: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
     sigma: Annotated[float, quantity("1", gt=0, le=1)] = 0.1
     geometry: Annotated[float, quantity("1", ge=0, le=0.1)] = 0.002
+    gravity: Annotated[float, quantity("1", ge=0, le=0.1)] = 0.002
 
 
 class Drive(Section):

@@ -209,10 +209,15 @@ def test_a_tree_in_any_order_of_its_axes_is_that_of_pinocchio(
     symbolic_torque(RobotBase(file, robot, Tolerance(), TS), "tree")
 
 
-def test_fmu_of_fitted_geometry_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("fitted", ["geometry", "gravity"])
+def test_fmu_of_fitted_geometry_is_refused(fitted: str, tmp_path: Path) -> None:
+    """A tolerance fits what it is of, and nothing else of the geometry."""
     file = tmp_path / "cart.xml"
     file.write_text(machines.CART)
     paths = machines.cart_runs(tmp_path, machines.heavier(machines.CART), (1, 2))
-    identified = identify(paths, options=Options(str(file), tolerance={"geometry": 0.002}))
+    identified = identify(paths, options=Options(str(file), tolerance={fitted: 0.002}))
+    names = [one.name for one in identified.parameters]
+    assert any(name.startswith("gravity.") for name in names) == (fitted == "gravity")
+    assert any(name.endswith(".roll") for name in names) == (fitted == "geometry")
     with pytest.raises(UsageError, match="--tolerance geometry"):
         write_fmu(tmp_path / "inverse.fmu", identified)

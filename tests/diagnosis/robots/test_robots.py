@@ -151,7 +151,7 @@ def test_joints_that_are_not_chosen_are_locked() -> None:
 
 
 def test_tolerances_are_those_of_the_option() -> None:
-    base = base_of(str(FILE), None, log(6), {"mass": 0.2, "geometry": 0.0})
+    base = base_of(str(FILE), None, log(6), {"mass": 0.2, "geometry": 0.0, "gravity": 0.0})
     (mass,) = [known for known in base.linear if known.name == "link_2.m"]
     assert_close(mass.tolerance, 0.2 * 5.0, atol=1e-12)
     assert base.geometry is None
