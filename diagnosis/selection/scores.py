@@ -123,7 +123,7 @@ def _scored(
     columns = hypotheses.columns(effect, effect.shapes[shape])
     torque = {i: own @ gains for i, own in columns.raw.items()}
     rows = moments.rows
-    white = {i: own @ gains for i, own in columns.white.items()}
+    white = {i: own @ gains for i, own in effect.columns([effect.shapes[shape]]).items()}
     cross = moments.pulled({i: rows.across(own) for i, own in white.items()})
     taken_up = moments.fit(None).solve(cross)
     size = size_of(moments, -taken_up, torque)
