@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.selection.expected import expected
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -162,7 +163,9 @@ class Hypotheses:
         known = tuple(self._known_of(name, axis, shape) for shape in shapes)
 
         def columns(chosen: Sequence[Mapping[str, float]]) -> Mapping[int, Array]:
-            return self._white(name, axis, chosen)
+            white = self._white(name, axis, chosen)
+            noisy = item is not None and item.effect.geared
+            return expected(self.moments, white) if noisy else white
 
         common = (name, axis, tuple(shapes), columns, felt)
         if item is None:

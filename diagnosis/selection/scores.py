@@ -173,14 +173,15 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
 
 def doubt_of(moments: Moments, step: Array, white: Mapping[int, Array]) -> float:
     """How often rows say the same again of a whitened torque (R,) of some axes, for which the
-    coefficients of the model make a step (m,), beside what both leave."""
+    coefficients of the model make a step (m,), beside what both leave in the other passes: noise of
+    the torque itself says nothing again there."""
     rows, q = moments.rows, moments.fit(None).q
     cluster = rows.model.layout.cluster[rows.model.layout.rows(0)]
     columns, left = list[Array](), list[Array]()
     for i, own in white.items():
         added = moments.white(i, step) + own
         columns.append(added[:, None])
-        left.append(rows.white_y[i] - moments.white(i, q) - added)
+        left.append(rows.across(rows.white_y[i] - moments.white(i, q) - added))
     return float(doubt(Design.of(columns), left, cluster)[0])
 
 

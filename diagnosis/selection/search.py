@@ -82,7 +82,7 @@ class Search:
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
             accepted = self._chosen(listed, number)
-            wanted = self.stale & self._against(accepted)
+            wanted = self.stale & (self._against(accepted) | _wider(accepted, listed))
             if not wanted:
                 answered = self._answer(accepted)
                 return self.next(number) if answered else (self._whole(accepted, listed), listed)
@@ -226,3 +226,11 @@ class Search:
             return
         again = accepted.score.effect == before.score.effect
         self.accept(accepted, place, *(terms if again else ()))
+
+
+def _wider(accepted: Accepted | None, listed: Sequence[Score]) -> set[Axis]:
+    """Axes of effects that gain more than what would be accepted, but were not shown beside an
+    earlier model, if several axes feel them: they may be the cause of it."""
+    most = np.inf if accepted is None else accepted.score.gain
+    own = ((s.gain, s.hypothesis) for s in listed if isinstance(s.hypothesis, EffectHypothesis))
+    return {hypothesis.axis for gain, hypothesis in own if gain > most and hypothesis.felt[1:]}
