@@ -33,7 +33,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection
-from flexhex.diagnosis.selection.unrefuted import Fitted, placed, unrefuted
+from flexhex.diagnosis.selection.unrefuted import Fitted, placed, said_of, unrefuted
 from flexhex.diagnosis.selection.validated import validated
 
 Say = Callable[[str], None]
@@ -106,8 +106,11 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
     rests = [r for r in rests if r.axis - 1 not in bare]
     rests += _rests(bench, selection, anew, kept, ([], ""), criteria)[1]
     unsure = _without_gains(selection, told_of, [*kept, *refused], {*remains, *poor}, criteria)
+    denied = _without_gains(selection, refused, kept, {*remains, *poor}, criteria)
     rests += _rests(bench, selection, unsure, kept, (told_of, UNSURE), criteria)[1]
-    remains |= unsure
+    rests += _rests(bench, selection, denied, kept, (refused, REFUTED), criteria)[1]
+    remains |= unsure | denied
+    notes += said_of([a for a in refused if a.score.hypothesis.axis not in denied])
     notes += [rest.sentence() for rest in rests]
     payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:

@@ -26,7 +26,7 @@ Bodies = Sequence[tuple[int, ...]]
 class Fitted:
     """Effects and their fit. bodies: places of the base parameters that are others than in the
     machine file, with the inverse variances `freed`; refused: effects that made held-out runs
-    worse; notes: what is said of these."""
+    worse; notes: what is said of the parameters that did."""
 
     effects: list[Accepted]
     fit: Joint
@@ -60,10 +60,7 @@ def _less(
     if wrong:
         left = [a for a in now.effects if a not in wrong]
         effects, fit = firm(bench, left, criteria, now.freed, listed)
-        names = ", ".join(dict.fromkeys(placed(a.score) for a in wrong))
-        note = f"{names} would fit, but the held-out runs become worse"
-        refused, notes = (*now.refused, *wrong), (*now.notes, note)
-        return replace(now, effects=effects, fit=fit, refused=refused, notes=notes)
+        return replace(now, effects=effects, fit=fit, refused=(*now.refused, *wrong))
     if not now.freed:
         return None
     effects, fit = firm(bench, now.effects, criteria, {}, listed)
@@ -71,6 +68,12 @@ def _less(
         return None
     note = "other parameters would fit, but the held-out runs become worse"
     return Fitted(effects, fit, (), {}, now.refused, (*now.notes, note))
+
+
+def said_of(refused: Sequence[Accepted]) -> list[str]:
+    """A note on effects that made held-out runs worse."""
+    names = ", ".join(dict.fromkeys(placed(a.score) for a in refused))
+    return [f"{names} would fit, but the held-out runs become worse"] if refused else []
 
 
 def placed(score: Score) -> str:
