@@ -27,7 +27,7 @@ def answered(base: Base, changed: Sequence[Changed], runs: Sequence[Run]) -> boo
         for one in found.values()
         if one.nominal
     ]
-    if max(low for low, _ in ratios) <= min(high for _, high in ratios):
+    if ratios and max(low for low, _ in ratios) <= min(high for _, high in ratios):
         return False
     laden = copy(base)
     laden.linear = tuple(

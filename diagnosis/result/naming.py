@@ -97,11 +97,16 @@ def _in_words(fit: Joint, k: int) -> str:
 
 def widened(named: Sequence[Named], others: Sequence[Named]) -> list[Named]:
     """Effects whose intervals also hold where the same ones have other values."""
-    known = {other.id: other for other in others}
+    known = dict[tuple[str, int], list[Mapping[str, Estimate]]]()
+    for other in others:
+        for axis, own in other.parts:
+            known.setdefault((other.id, axis), []).append(own)
     wider = list[Named]()
     for each in named:
         parts = list[tuple[int, Mapping[str, Estimate]]]()
-        for (axis, own), (_, there) in zip(each.parts, known[each.id].parts, strict=True):
+        for axis, own in each.parts:
+            # what would be no finding beside the others has no other values
+            there = known[each.id, axis].pop(0) if known.get((each.id, axis)) else own
             parts.append((axis, {name: _wider(own[name], there[name]) for name in own}))
         wider.append(replace(each, parts=tuple(parts), parameters=by_name(parts)))
     return wider
