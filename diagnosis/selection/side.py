@@ -165,12 +165,15 @@ def _rests(
         over = [k for k, size in enumerate(most) if left.size > size]
         only = [k for k in over if selection.imitates(own[k])]
         instead = [k for k, a in enumerate(own) if a in left.instead]
-        # what goes with something that the axis does is no doubt of what surely stands beside that
-        doubtful = {*instead, *only, *(k for k in over if left.beyond > most[k])}
-        beside = len(doubtful) < len(own)
-        if beside:
+        doubtful = {*instead, *over}
+        if len(doubtful) < len(own):
             # of what goes with the angle alone `nameless` has asked that already
             doubtful = {*instead, *(k for k in only if not selection.placed(own[k]))}
+        elif left.what == "angle":
+            # a function of the angle is no doubt of what is none, and surely stands beside it
+            sure = [k for k in over if left.beyond <= most[k] and not selection.placed(own[k])]
+            doubtful -= {*sure} - {*only, *instead}
+        beside = len(doubtful) < len(own)
         # they stay in the fit, where others would stand in for them
         lose = [own[k] for k in doubtful]
         kept = [replace(a, named=False) if a in lose else a for a in kept]
