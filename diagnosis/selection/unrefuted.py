@@ -56,7 +56,11 @@ def _less(
     bench, (worse, whole) = now.fit.bench, refuted(now.fit, others)
     there = [a for a in now.effects if a.score.hypothesis.axis in worse]
     seen = Predicted(bench, others, criteria, now.freed)
-    wrong = [a for a in there if seen.margin(a, [b for b in now.effects if b is not a]) <= 0]
+    margins = [seen.margin(a, [b for b in now.effects if b is not a]) for a in there]
+    wrong = [a for a, margin in zip(there, margins, strict=True) if margin <= 0]
+    if there and not wrong and not now.freed:
+        # each makes up for another one, and all together they are worse than none
+        wrong = [there[int(np.argmin(margins))]]
     if wrong:
         left = [a for a in now.effects if a not in wrong]
         effects, fit = firm(bench, left, criteria, now.freed, listed)

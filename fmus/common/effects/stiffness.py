@@ -40,7 +40,7 @@ class LinearStiffness(Effect):
     id, title, acts_on = "linear_stiffness", "linear stiffness", "torque"
     gains = (
         Gain("o", "N m", 0.02, -1e5, 1e5, "torque at zero angle"),
-        Gain("k_1", "N m/rad", 0.1, -1e6, 1e6, "torque per angle"),
+        Gain("k_1", "N m/rad", 0.1, 0.0, 1e6, "torque per angle: a spring pulls back"),
     )
     extends = "torque_offset"
     excites = "the whole stroke"
