@@ -8,6 +8,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from flexhex.diagnosis.logs.log import COARSE, POINTS, Array, Channel
 
@@ -76,10 +77,10 @@ def _lag(a: Array, b: Array) -> int:
 def correlated(a: Array, b: Array) -> Array:
     """Sum over columns of a[k + lag] b[k], a (samples, n), b (others, n), at lags from 1 - others
     to samples - 1."""
-    from scipy.signal import correlate  # takes long to load
-
-    pairs = zip(a.T, b.T, strict=True)
-    return np.asarray(sum(correlate(x, y, mode="full", method="fft") for x, y in pairs))
+    size = len(a) + len(b) - 1
+    long = next_fast_len(size, real=True)
+    spectrum = (rfft(a, long, axis=0) * rfft(b, long, axis=0).conj()).sum(axis=1)
+    return np.roll(irfft(spectrum, long), len(b) - 1)[:size]
 
 
 def _place(b: Channel, at: Array) -> Array:

@@ -12,9 +12,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.kinds import ROTARY, kinds_of
 from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import PART, moving, sticking
 from flexhex.diagnosis.runs.smoothing import hann_weights
@@ -25,6 +26,8 @@ Mask = NDArray[np.bool_]
 MOST = 8_000
 """Instants of all runs together; more are thinned to these, so that an hour takes no more memory
 than a minute."""
+SAMPLES, WAVES, TURN = 24, 500, 2 * np.pi
+"""Samples of a window that give a mean over it; waves of a turn of which each has two [rad]."""
 LATEST = 3.0
 """Largest delay of the torques, in tolerances."""
 LEAST, JUDGED = 200, 50
@@ -102,7 +105,7 @@ class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
     weights (m, samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where
-    each axis does not rest.
+    each axis does not rest; every: one of so many samples is enough for the columns of effects.
     """
 
     run: Run
@@ -111,6 +114,7 @@ class Block:
     linear: Linear
     usable: Mask
     moves: Mask
+    every: int = 1
     made: Made = field(default_factory=Made, init=False, compare=False)
 
     @property
@@ -130,15 +134,21 @@ class Block:
 
     @cached_property
     def seen(self) -> NDArray[np.int64] | slice:
-        """Samples that lie in any window, in their order; a slice is no copy of them."""
+        """Samples that lie in any window, as many as a mean over it needs, in their order; a slice
+        is no copy of them."""
         places = np.unique(self.weights.indices[self.weights.data > 0])
         gaps = not len(places) or np.ptp(places) >= len(places)
-        return places if gaps else slice(places[0], places[-1] + 1)
+        return places[:: self.every] if gaps else slice(places[0], places[-1] + 1, self.every)
 
     @cached_property
     def of_seen(self) -> csr_array:
-        """Weights (m, seen) of these samples."""
-        return csr_array(self.weights[:, self.seen])
+        """Weights (m, seen) of these samples, as large together as those of all."""
+        weights = csr_array(self.weights[:, self.seen])
+        if self.every == 1:
+            return weights
+        whole, own = (np.asarray(w.sum(axis=1)).ravel() for w in (self.weights, weights))
+        scale = np.divide(whole, own, where=own > 0, out=np.zeros(len(own)))
+        return csr_array(diags_array(scale) @ weights)
 
     def smooth_seen(self, raw: Array) -> Array:
         """`smooth` of these samples (seen, k)."""
@@ -229,7 +239,17 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     _, known = hann_weights(local, tau.t0, tau.ts, tau.valid, base.window)
     rows = base.rows(motion, weights)
     linear = Linear.of(rows, base.linear)
-    return Block(run, at, weights, linear, filled & known, np.ones(rows.shape[:2], dtype=bool))
+    moves = np.ones(rows.shape[:2], dtype=bool)
+    return Block(run, at, weights, linear, filled & known, moves, _every(base, motion))
+
+
+def _every(base: Base, motion: Motion) -> int:
+    """One of how many samples is enough for a mean over a window, and for each wave of a turn."""
+    if any(kind is not ROTARY for kind in kinds_of(base, motion.theta.shape[1])):
+        return 1
+    rate = float(np.abs(motion.thetad).max())
+    least = min(base.window / SAMPLES, TURN / WAVES / 2 / rate) if rate > 0 else 0.0
+    return max(int(least / motion.ts), 1)
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:
