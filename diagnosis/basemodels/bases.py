@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -30,6 +30,8 @@ from flexhex.fmus.common.machine_file import load_machine
 
 NO_TOLERANCE: Mapping[str, float] = MappingProxyType({})
 """Those of the machine file, all of them."""
+NO_HEXAPOD, NO_ROBOT = ("gravity",), ("stiffness", "actuator", "sigma")
+"""Tolerances that a hexapod does not have, and those that a robot's file does not."""
 
 
 def _hexapod(
@@ -39,7 +41,10 @@ def _hexapod(
         raise LogError("no machine file given: the hexapod needs one (--machine)")
     machine = load_machine(machine_file)
     log.refuse_width(machine.n_arms)
-    known = with_tolerance(machine.tolerance, tolerance)
+    idle = [name for name in NO_HEXAPOD if name in machine.tolerance.model_fields_set]
+    if idle:
+        raise LogError(f"{machine_file}: [tolerance] {idle[0]}: no hexapod has one: take it out")
+    known = with_tolerance(machine.tolerance, tolerance, NO_HEXAPOD)
     return HexapodBase(machine.model_copy(update={"tolerance": known}))
 
 
@@ -73,11 +78,15 @@ def known_base(name: str) -> None:
         )
 
 
-def with_tolerance(known: Tolerance, given: Mapping[str, float]) -> Tolerance:
-    """Tolerances with some in their place. UsageError for an unknown one, or one out of range."""
-    strange = [name for name in given if name not in Tolerance.model_fields]
+def with_tolerance(
+    known: Tolerance, given: Mapping[str, float], without: Collection[str] = ()
+) -> Tolerance:
+    """Tolerances with some in their place. UsageError for an unknown one, one that a base model is
+    `without`, or one out of range."""
+    there = [name for name in Tolerance.model_fields if name not in without]
+    strange = [name for name in given if name not in there]
     if strange:
-        listed = ", ".join(Tolerance.model_fields)
+        listed = ", ".join(there)
         raise UsageError(f"tolerance {strange[0]!r}: there are {listed}")
     tables = {n: {"value": v, "unit": "1", "source": "assumed"} for n, v in given.items()}
     try:
@@ -106,7 +115,8 @@ def base_of(
     known_base(name)
     if is_robot(name):
         robot = read_robot(Path(name), joints, log["theta"].width)
-        return RobotBase(Path(name), robot, with_tolerance(Tolerance(), tolerance), log["theta"].ts)
+        known = with_tolerance(Tolerance(), tolerance, NO_ROBOT)
+        return RobotBase(Path(name), robot, known, log["theta"].ts)
     if joints:
         raise UsageError(f"--joints: base model {name} is no robot's file: take it out")
     if tolerance:

@@ -80,7 +80,7 @@ def correlated(a: Array, b: Array) -> Array:
     size = len(a) + len(b) - 1
     long = next_fast_len(size, real=True)
     spectrum = (rfft(a, long, axis=0) * rfft(b, long, axis=0).conj()).sum(axis=1)
-    return np.roll(irfft(spectrum, long), len(b) - 1)[:size]
+    return np.asarray(np.roll(irfft(spectrum, long), len(b) - 1)[:size])
 
 
 def _place(b: Channel, at: Array) -> Array:

@@ -166,7 +166,7 @@ def assert_viscous(diagnosis: Diagnosis, *, ripple: bool) -> None:
     assert any("more than 50% of the torque of axis" in note for note in diagnosis.notes)
     residual = diagnosis.residual.held_out
     shares = residual["after"][2:4] / residual["before"][2:4]
-    # measured 0.25, 0.42: a line through rate and residual of these runs themselves leaves 0.37, 0.47
+    # measured 0.25, 0.42; a line through rate and residual of these very runs leaves 0.37, 0.47
     assert (shares < 0.5).all()
     assert diagnosis.changed == ()
 

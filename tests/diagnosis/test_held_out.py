@@ -10,11 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit import elsewhere
+from flexhex.diagnosis.selection import unrefuted as refuting
 from flexhex.diagnosis.selection import validated as module
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.unrefuted import better, refuted
+from flexhex.diagnosis.selection.unrefuted import Fitted, better, refuted, unrefuted
 from flexhex.diagnosis.selection.validated import Predicted, validated
 
 Array = NDArray[np.float64]
@@ -103,6 +104,24 @@ def test_effect_that_held_out_runs_do_not_show_has_no_name(
         lambda names: 1.0 - 0.4 * ("friction" in names),
     )
     assert kept_of(["friction", "wave"]) == ["friction"]
+
+
+def test_effects_that_make_up_for_each_other_are_worse_than_none_together(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside the other one each explains something: the one that explains least goes."""
+    left = {"drag": 1.5, "drift": 3.0}
+    of_both = {frozenset(left): 1.2} | {frozenset([name]): size for name, size in left.items()}
+    explaining(monkeypatch, of_both.__getitem__, of_both.__getitem__)
+    monkeypatch.setattr(refuting, "firm", lambda _, effects, *__: (effects, fit))
+    fit: Any = SimpleNamespace(bench=SimpleNamespace(model=SimpleNamespace(torque_rms=np.ones(1))))
+    worse = iter([([0], True), ([], False)])
+    monkeypatch.setattr(refuting, "refuted", lambda *_: next(worse, ([], False)))
+    others: Any = SimpleNamespace()
+    now = Fitted([accepted(name) for name in left], fit, (), {})
+    kept = unrefuted(now, others, USUAL, ())
+    assert [each.score.hypothesis.id for each in kept.effects] == ["drag"]
+    assert [each.score.hypothesis.id for each in kept.refused] == ["drift"]
 
 
 def test_slow_torque_of_a_run_hides_no_effect() -> None:

@@ -1,0 +1,79 @@
+"""Columns of effects from as many samples as a mean over a window needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind
+from flexhex.diagnosis.runs import blocks as module
+from flexhex.diagnosis.runs.blocks import Block
+from flexhex.diagnosis.runs.smoothing import hann_weights
+
+Array = NDArray[np.float64]
+TS, WINDOW = 1e-3, 0.08
+
+
+@dataclass
+class Base:
+    """What `_every` asks of a base model."""
+
+    kinds: tuple[Kind, ...]
+    window: float = WINDOW
+
+
+@dataclass
+class Motion:
+    """What it asks of a motion."""
+
+    thetad: Array
+    ts: float = TS
+
+    @property
+    def theta(self) -> Array:
+        return self.thetad
+
+
+def block(every: int, valid: NDArray[np.bool_]) -> Block:
+    at = np.arange(0.1, 3.9, 0.04)
+    weights, filled = hann_weights(at, 0.0, TS, valid, WINDOW)
+    some: Any = None
+    return Block(some, at, weights, some, filled, filled[:, None], every)
+
+
+@pytest.mark.parametrize(("broken", "close"), [(False, 1e-3), (True, 0.02)])
+def test_third_of_the_samples_gives_the_same_mean(broken: bool, close: float) -> None:
+    """Of a wave of 60 Hz, and of a jump, which falls between two samples of the thinned ones. A
+    window that ends at a gap is cut off there at a sample."""
+    t, valid = np.arange(0, 4, TS), np.ones(4000, dtype=bool)
+    if broken:
+        valid[2000:2050] = False
+    whole, thin = block(1, valid), block(3, valid)
+    wave = np.sin(2 * np.pi * 60 * t + t**2)
+    jump = np.sign(t - 1.2345)
+    for signal, error in ((wave, close), (jump, 0.1)):
+        means = [b.smooth_seen(signal[b.seen]) for b in (whole, thin)]
+        np.testing.assert_allclose(*(own[whole.usable] for own in means), atol=error)
+    assert whole.usable.sum() > 90
+    assert len(signal[thin.seen]) < 0.4 * len(signal[whole.seen])
+
+
+def test_constant_stays_what_it_is() -> None:
+    thin = block(3, np.ones(4000, dtype=bool))
+    ones = thin.smooth_seen(np.ones(4000)[thin.seen])
+    np.testing.assert_allclose(ones, 1.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rate", "kind", "every"),
+    [(0.5, ROTARY, 3), (3.0, ROTARY, 2), (9.0, ROTARY, 1), (0.5, LINEAR, 1)],
+)
+def test_fast_turning_and_sliding_need_more_samples(rate: float, kind: Kind, every: int) -> None:
+    """500 waves of a turn have two samples each, at any rate."""
+    base: Any = Base((kind, ROTARY))
+    motion: Any = Motion(np.full((100, 2), rate))
+    assert module._every(base, motion) == every
