@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import casadi as ca
 
 from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shapes, Signals
@@ -21,7 +23,7 @@ class JointElasticity(Effect):
         Gain("c", "rad/N m", 1e-4, 0.0, 0.05, "compliance"),
         Gain("d", "s2", 1e-6, -0.05, 0.05, "compliance times what the rotor has more of inertia"),
     )
-    geared = True
+    geared, size = True, "c"
     excites = "poses in which gravity loads the joint, then fast motion"
     confused_with = ("flexible_mode", "encoder_eccentricity")
     experiment = "slow triangle through as much of the stroke as possible, then without payload"
@@ -33,6 +35,10 @@ class JointElasticity(Effect):
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         return ca.vertcat(s.tau, -s.thetadd)
+
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        """Where the encoder is taken to be."""
+        return "with the encoder at the motor; behind the spring c would be another"
 
 
 EFFECT = JointElasticity()
