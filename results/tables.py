@@ -160,22 +160,23 @@ def _axes(axes: Sequence[int]) -> str:
 
 def schunk(results: Results) -> str:
     """Effects of the measured arm and its residual, axis by axis."""
-    named = {str(axis): e for e in results["effects"] for axis in e["axes"]}
     rows = []
     for axis, residual in results["residual"]["per_axis"].items():
-        names, values = "not named", ""
-        if axis in named:
-            effect = named[axis]
-            names = " or ".join((effect["id"], *effect["rivals"]))
-            alone = len(effect["axes"]) == 1
-            values = "; ".join(
-                f"{name} = {v['value']:.3g} ({v['ci95'][0]:.3g} to {v['ci95'][1]:.3g}) {v['unit']}"
-                for name, v in effect["parameters"].items()
-                if alone or f"[{axis}]" in name
-            )
+        own = [e for e in results["effects"] if int(axis) in e["axes"]]
+        names = "; ".join(" or ".join((e["id"], *e["rivals"])) for e in own) or "not named"
+        values = "; ".join(text for e in own for text in _values(e, axis))
         rows.append([axis, names, values, *(f"{residual[key]:.2f}" for key in ("before", "after"))])
     head = ("axis", "named", "parameters (95 %)", "residual before [N m]", "after [N m]")
     return markdown(head, rows)
+
+
+def _values(effect: Results, axis: str) -> list[str]:
+    """Parameters of an effect on one of its axes."""
+    return [
+        f"{name} = {v['value']:.4g} ({v['ci95'][0]:.4g} to {v['ci95'][1]:.4g}) {v['unit']}"
+        for name, v in effect["parameters"].items()
+        if len(effect["axes"]) == 1 or f"[{axis}]" in name
+    ]
 
 
 def measured(results: Results) -> str:

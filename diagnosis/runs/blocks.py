@@ -12,13 +12,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.kinds import ROTARY, kinds_of
 from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import PART, moving, sticking
-from flexhex.diagnosis.runs.smoothing import hann_weights
+from flexhex.diagnosis.runs.smoothing import enough, hann_weights, thinned
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -26,8 +26,6 @@ Mask = NDArray[np.bool_]
 MOST = 8_000
 """Instants of all runs together; more are thinned to these, so that an hour takes no more memory
 than a minute."""
-SAMPLES, WAVES, TURN = 24, 500, 2 * np.pi
-"""Samples of a window that give a mean over it; waves of a turn of which each has two [rad]."""
 LATEST = 3.0
 """Largest delay of the torques, in tolerances."""
 LEAST, JUDGED = 200, 50
@@ -143,12 +141,7 @@ class Block:
     @cached_property
     def of_seen(self) -> csr_array:
         """Weights (m, seen) of these samples, as large together as those of all."""
-        weights = csr_array(self.weights[:, self.seen])
-        if self.every == 1:
-            return weights
-        whole, own = (np.asarray(w.sum(axis=1)).ravel() for w in (self.weights, weights))
-        scale = np.divide(whole, own, where=own > 0, out=np.zeros(len(own)))
-        return csr_array(diags_array(scale) @ weights)
+        return thinned(self.weights, self.seen)
 
     def smooth_seen(self, raw: Array) -> Array:
         """`smooth` of these samples (seen, k)."""
@@ -240,16 +233,10 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     rows = base.rows(motion, weights)
     linear = Linear.of(rows, base.linear)
     moves = np.ones(rows.shape[:2], dtype=bool)
-    return Block(run, at, weights, linear, filled & known, moves, _every(base, motion))
-
-
-def _every(base: Base, motion: Motion) -> int:
-    """One of how many samples is enough for a mean over a window, and for each wave of a turn."""
-    if any(kind is not ROTARY for kind in kinds_of(base, motion.theta.shape[1])):
-        return 1
-    rate = float(np.abs(motion.thetad).max())
-    least = min(base.window / SAMPLES, TURN / WAVES / 2 / rate) if rate > 0 else 0.0
-    return max(int(least / motion.ts), 1)
+    turns = all(kind is ROTARY for kind in kinds_of(base, base.n))
+    rate = float(np.abs(motion.thetad).max()) if turns else np.inf
+    every = enough(base.window, motion.ts, rate)
+    return Block(run, at, weights, linear, filled & known, moves, every)
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:
