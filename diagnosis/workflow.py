@@ -109,15 +109,8 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     progress("commanded against reported torque", 3, 4)
     late = delayed(settled.fit, CRITERIA.deviations)
     sides += drives_of(model, [block.run for block in model.blocks], judged)
-    drifts = drifts_of(settled, judged)
-    if drifts and settled.fit.parts:
-        drift, model = drifts[0].fit, without(settled.fit, drifts[0].fit)
-        settled.fit.bench.model.forget()
-        del drifts, sides[0]
-        again = found(Bench(model, known), judged, lambda text: progress(text, 3, 4), drift)
-        settled = again.side
-        sides.insert(0, settled)
-        drifts = drifts_of(settled, judged)
+    settled, drifts = _steadily(settled, known, judged, lambda text: progress(text, 3, 4))
+    model, sides[0] = settled.fit.bench.model, settled
     sides += drifts
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), settled)
@@ -202,6 +195,29 @@ def _mechanism(
         now = found(Bench(held, known), judged, say)
         side, before = now.side, before_of(now.bench.model, now.others)
     return before, side
+
+
+def _steadily(
+    first: Side, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
+) -> tuple[Side, list[Side]]:
+    """What the mechanism lacks without what changes from run to run, and that.
+
+    A drift is fitted beside a model that it has bent, so once more beside the one that is fitted
+    without it. If something repeats that nothing explains, with a drift and without it, it would be
+    taken for one: then there is none.
+    """
+    now, drifts = first, drifts_of(first, judged)
+    for _ in range(SEARCHES - 1):
+        if not drifts or not (now.fit.parts or now.remains):
+            break
+        drift = drifts[0].fit
+        model = without(now.fit, drift)
+        now.fit.bench.model.forget()
+        now = found(Bench(model, known), judged, say, drift).side
+        drifts = drifts_of(now, judged)
+        if not now.remains:
+            break
+    return (first, []) if first.remains and now.remains else (now, drifts)
 
 
 def _settled(model: Calibrated, now: Found) -> Calibrated | None:

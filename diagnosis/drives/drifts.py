@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.jointfit.answer import Joint, steady, torque_of
+from flexhex.diagnosis.jointfit.answer import Joint, again, drifting, torque_of
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.naming import named_of
 from flexhex.diagnosis.runs.blocks import JUDGED, LEAST, Block, Run, blocks
-from flexhex.diagnosis.runs.noise import measured, unweighted
+from flexhex.diagnosis.runs.noise import measured
 from flexhex.diagnosis.selection.bars import Bars, beyond_chance, shown
 from flexhex.diagnosis.selection.choose import (
     Accepted,
@@ -50,11 +51,11 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     """What changes from run to run, and so drops out between passes.
 
     Offsets wander without being a drift: one is named that predicts the runs of left-out
-    trajectories better than an offset of its own for each run, or a random walk. Not searched where
-    something repeats that nothing explains: it would be taken for a drift.
+    trajectories better than an offset of its own for each run, or a random walk. What repeats and
+    nothing explains may be taken for one: it is none if that still remains without it.
     """
     model = first.fit.bench.model
-    if not model.noise.repeats or first.remains:
+    if not model.noise.repeats:
         return []
     known = {name: library()[name] for name in DRIFTS}
     model = _slowly(first.fit, first.others)
@@ -113,15 +114,16 @@ def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
 
 
 def without(fit: Joint, drift: Joint) -> Calibrated:
-    """The calibrated base model of a fit, with a drift taken off its runs.
+    """The base model of a fit, fitted anew beside the same effects to runs without a drift.
 
-    Of a drift that slows down some repeats, as if the mechanism lacked it.
+    Of a drift that slows down some repeats, as if the mechanism lacked it; and beside what a drift
+    leaves, a delay explains too little to be one.
     """
-    model = steady(fit.bench.model, drift)
-    off = [old - y for old, y in zip(fit.bench.model.y, model.y, strict=True)]
-    left = [r - t for r, t in zip(fit.residual, off, strict=True)]
-    noise = measured(model.blocks, left)
-    return replace(model, noise=unweighted(noise, model.noise.white))
+    old = fit.bench.model
+    pairs = zip(old.blocks, drifting(old, drift), strict=True)
+    calm = [replace(block, drift=torque) for block, torque in pairs]
+    model = replace(about_known(old.base, calm, old.fitted, old.noise), off=old.off)
+    return beside(again(fit, Bench(model, list(fit.bench.effects.values()))))
 
 
 def _slowly(fit: Joint, others: Elsewhere | None) -> Calibrated:

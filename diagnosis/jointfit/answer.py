@@ -145,11 +145,10 @@ def torque_of(bench: Bench, parts: Sequence[Part], beta: Sequence[Array]) -> lis
     return total
 
 
-def steady(model: Calibrated, drift: Joint) -> Calibrated:
-    """Runs with a drift from run to run taken off their torque."""
+def drifting(model: Calibrated, drift: Joint) -> list[Array]:
+    """Torque (m, n) [N m] of each block that a drift from run to run explains."""
     bench = Bench(model, list(drift.bench.effects.values()), across=True)
-    torque = torque_of(bench, drift.parts, drift.beta)
-    return replace(model, y=tuple(y - t for y, t in zip(model.y, torque, strict=True)))
+    return list(torque_of(bench, drift.parts, drift.beta))
 
 
 def joint(

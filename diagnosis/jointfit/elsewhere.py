@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, steady
+from flexhex.diagnosis.jointfit.answer import Joint, drifting
 from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.runs.blocks import Block
@@ -26,7 +26,8 @@ class Elsewhere:
         self.blocks, self.ours = tuple(blocks), bench
         self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, ours.blocks)
         if drift is not None:
-            self.there = steady(self.there, drift)
+            off = zip(self.there.y, drifting(self.there, drift), strict=True)
+            self.there = replace(self.there, y=tuple(y - torque for y, torque in off))
         self._bench = bench.beside(self.there)
         self._thin: dict[object, list[Array]] = {}
 

@@ -104,6 +104,7 @@ class Block:
 
     weights (m, samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where
     each axis does not rest; every: one of so many samples is enough for the columns of effects.
+    drift: torque (m, n) [N m] that changes from run to run and is taken off.
     """
 
     run: Run
@@ -113,6 +114,7 @@ class Block:
     usable: Mask
     moves: Mask
     every: int = 1
+    drift: Array | None = None
     made: Made = field(default_factory=Made, init=False, compare=False)
 
     @property
@@ -132,15 +134,14 @@ class Block:
 
     @cached_property
     def seen(self) -> NDArray[np.int64] | slice:
-        """Samples that lie in any window, as many as a mean over it needs, in their order; a slice
-        is no copy of them."""
+        """Samples in windows, as many as a mean needs, in their order; a slice is no copy."""
         places = np.unique(self.weights.indices[self.weights.data > 0])
         gaps = not len(places) or np.ptp(places) >= len(places)
         return places[:: self.every] if gaps else slice(places[0], places[-1] + 1, self.every)
 
     @cached_property
     def of_seen(self) -> csr_array:
-        """Weights (m, seen) of these samples, as large together as those of all."""
+        """Weights (m, seen) of these samples."""
         return thinned(self.weights, self.seen)
 
     def smooth_seen(self, raw: Array) -> Array:
@@ -156,11 +157,12 @@ def torque_rms(blocks: Sequence[Block]) -> Array:
 
 
 def torque_at(block: Block, window: float, delay: float) -> Array:
-    """Reported torque (m, n) [N m], read `delay` [s] later than the angles' clock says."""
+    """Reported torque (m, n) [N m] without drift, read `delay` [s] later than the angles' clock."""
     signal = block.run.tau
     at = block.at + block.run.shift + delay
     weights, _ = hann_weights(at, signal.t0, signal.ts, signal.valid, window)
-    return np.asarray(weights @ signal.values)
+    torque = np.asarray(weights @ signal.values)
+    return torque if block.drift is None else torque - block.drift
 
 
 def torque_rate(block: Block, window: float, delay: float) -> Array:
@@ -235,8 +237,8 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     moves = np.ones(rows.shape[:2], dtype=bool)
     turns = all(kind is ROTARY for kind in kinds_of(base, base.n))
     rate = float(np.abs(motion.thetad).max()) if turns else np.inf
-    every = enough(base.window, motion.ts, rate)
-    return Block(run, at, weights, linear, filled & known, moves, every)
+    few = enough(base.window, motion.ts, rate)
+    return Block(run, at, weights, linear, filled & known, moves, few)
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:
