@@ -12,7 +12,7 @@ from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import TS, wanted, write
 
 OPTIONS = Options(base="axis")
-LOST = 0.15
+LOST, LATE = 0.15, 2e-3
 
 
 @pytest.mark.parametrize("seconds", [2.0, 12.0])
@@ -29,6 +29,24 @@ def test_motor_that_gets_warm_within_a_run_is_named(seconds: float, tmp_path: Pa
     assert effect.id == "thermal_drift"
     low, high = effect.parameters["g_t"].ci95
     assert low < LOST < high
+
+
+@pytest.mark.parametrize("lost", [0.03, 0.1])
+def test_motor_that_gets_warm_from_run_to_run_is_named(lost: float, tmp_path: Path) -> None:
+    """Torque is reported late, too: beside what a large drift leaves, that explains next to
+    nothing, and what it makes repeats."""
+    clock, paths = np.arange(12000) * TS, list[Path]()
+    for run in range(1, 7):
+        seed, number = (run + 2) // 3, (run + 2) % 3 + 1
+        cold = lost * (1 - np.exp(-(clock + 12.0 * (run - 1)) / 60.0))
+        more = wanted(clock - LATE, seed) / (1 - cold) - wanted(clock, seed)
+        name = tmp_path / f"{seed}_{number}.csv"
+        paths.append(write(name, seed, number, 0.0, extra=more, run=run))
+    diagnosis = diagnose(paths, options=OPTIONS)
+    (effect,) = diagnosis.effects
+    assert (diagnosis.verdict, effect.id) == ("named", "thermal_drift")
+    low, high = effect.parameters["T"].ci95
+    assert low < 60.0 < high
 
 
 def test_creep_on_one_trajectory_is_not_denied(tmp_path: Path) -> None:
