@@ -217,7 +217,9 @@ def _steadily(
         drifts = drifts_of(now, judged)
         if not now.remains:
             break
-    return (first, []) if first.remains and now.remains else (now, drifts)
+    # what was taken off is told, and nothing else hid behind it
+    good = drifts and not (first.remains and now.remains)
+    return (now, drifts) if good else (first, [])
 
 
 def _settled(model: Calibrated, now: Found) -> Calibrated | None:

@@ -38,6 +38,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
+from flexhex.diagnosis.selection.unrefuted import refuted
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
@@ -51,8 +52,9 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     """What changes from run to run, and so drops out between passes.
 
     Offsets wander without being a drift: one is named that predicts the runs of left-out
-    trajectories better than an offset of its own for each run, or a random walk. What repeats and
-    nothing explains may be taken for one: it is none if that still remains without it.
+    trajectories better than an offset of its own for each run, or a random walk, and does not make
+    held-out runs worse. What repeats and nothing explains may be taken for one: it is none if that
+    still remains without it.
     """
     model = first.fit.bench.model
     if not model.noise.repeats:
@@ -75,13 +77,14 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         if good and shown(good[0], criteria):
             kept.append(simplest(good[0], good, 1, criteria))
     kept, fit = firm(bench, one_cause(kept), criteria)
-    named = named_of(fit, errors_of(kept, criteria))
-    if not named:
-        return []
     others = None
-    if judged:
+    if judged and kept:
         others = Elsewhere(fit.bench, blocks(model.base, judged, model.spacing, JUDGED))
-    return [Side(fit, others, tuple(named))]
+        worse, _ = refuted(fit, others)
+        left = [a for a in kept if a.score.hypothesis.axis not in worse]
+        kept, fit = (kept, fit) if len(left) == len(kept) else firm(bench, left, criteria)
+    named = named_of(fit, errors_of(kept, criteria))
+    return [Side(fit, others, tuple(named))] if named else []
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
