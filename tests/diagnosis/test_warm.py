@@ -31,22 +31,34 @@ def test_motor_that_gets_warm_within_a_run_is_named(seconds: float, tmp_path: Pa
     assert low < LOST < high
 
 
+def warmed(folder: Path, run: int, seed: int, lost: float) -> Path:
+    """A run of several, one after the other, of a motor that loses so much of its torque constant
+    in the end; torque is reported late, too."""
+    clock = np.arange(12000) * TS
+    cold = lost * (1 - np.exp(-(clock + 12.0 * (run - 1)) / 60.0))
+    more = wanted(clock - LATE, seed) / (1 - cold) - wanted(clock, seed)
+    return write(folder / f"{run}.csv", seed, run, 0.0, extra=more, run=run)
+
+
 @pytest.mark.parametrize("lost", [0.03, 0.1])
 def test_motor_that_gets_warm_from_run_to_run_is_named(lost: float, tmp_path: Path) -> None:
-    """Torque is reported late, too: beside what a large drift leaves, that explains next to
-    nothing, and what it makes repeats."""
-    clock, paths = np.arange(12000) * TS, list[Path]()
-    for run in range(1, 7):
-        seed, number = (run + 2) // 3, (run + 2) % 3 + 1
-        cold = lost * (1 - np.exp(-(clock + 12.0 * (run - 1)) / 60.0))
-        more = wanted(clock - LATE, seed) / (1 - cold) - wanted(clock, seed)
-        name = tmp_path / f"{seed}_{number}.csv"
-        paths.append(write(name, seed, number, 0.0, extra=more, run=run))
+    """Beside what a large drift leaves, the delay explains next to nothing, and what that makes
+    repeats."""
+    paths = [warmed(tmp_path, run, (run + 2) // 3, lost) for run in range(1, 7)]
     diagnosis = diagnose(paths, options=OPTIONS)
     (effect,) = diagnosis.effects
     assert (diagnosis.verdict, effect.id) == ("named", "thermal_drift")
     low, high = effect.parameters["T"].ci95
     assert low < 60.0 < high
+
+
+@pytest.mark.parametrize("lost", [0.03, -0.03])
+def test_drift_that_makes_a_held_out_run_worse_is_none(lost: float, tmp_path: Path) -> None:
+    """The next run goes on with it, or against it."""
+    paths = [warmed(tmp_path, run, (run + 2) // 3, 0.03) for run in range(1, 7)]
+    held_out = [warmed(tmp_path, 7, 3, lost)]
+    effects = [effect.id for effect in diagnose(paths, held_out, options=OPTIONS).effects]
+    assert effects == (["thermal_drift"] if lost > 0 else [])
 
 
 def test_creep_on_one_trajectory_is_not_denied(tmp_path: Path) -> None:
