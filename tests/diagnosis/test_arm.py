@@ -192,7 +192,7 @@ def _smoothed(values: Array) -> Array:
     return np.stack([np.convolve(v, np.full(25, 1 / 25), "valid") for v in values.T], axis=1)
 
 
-def test_torque_of_the_fourth_axis_ripples_with_its_angle_and_not_with_time() -> None:
+def test_torque_of_the_fourth_axis_ripples_with_its_angle() -> None:
     """Fast torque of each run of its own, on sines of some order of the angle: near 150 to 160 of
     a turn they explain a fifth of it, far more than those of other orders do."""
     orders, explained, all_of_it = np.arange(20.0, 400.0), 0.0, 0.0
