@@ -67,15 +67,16 @@ def base_options(
     file = machine_file_of(machine or DEFAULT_MACHINE) if base == "hexapod" else None
     if tolerance and base != "hexapod" and not is_robot(base):
         raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
-    known = tolerances(tolerance or [])
+    known = tolerances(tolerance or [], base)
     named = tuple(name.strip() for name in joints.split(",") if name.strip())
     return Options(base, log, tolerance=known, joints=named, effects=tuple(effects or [])), file
 
 
-def tolerances(words: list[str]) -> dict[str, float]:
-    """`mass=0.1` and the like, by the keys of a machine file's [tolerance]. UsageError for what is
+def tolerances(words: list[str], base: str) -> dict[str, float]:
+    """`mass=0.1` and the like, by the keys that there are for a base model. UsageError for what is
     none of them, or no such number."""
-    from flexhex.diagnosis.basemodels.bases import with_tolerance
+    from flexhex.diagnosis.basemodels.robot_file import is_robot
+    from flexhex.diagnosis.basemodels.tolerances import RobotTolerance, with_tolerance
     from flexhex.fmus.common.machine.sections import Tolerance
 
     values: dict[str, float] = {}
@@ -85,5 +86,5 @@ def tolerances(words: list[str]) -> dict[str, float]:
             values[name] = float(text)
         except ValueError:
             raise UsageError(f"--tolerance {word}: write KEY=NUMBER, such as mass=0.1") from None
-    with_tolerance(Tolerance(), values)
+    with_tolerance(RobotTolerance() if is_robot(base) else Tolerance(), values)
     return values

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-
-from pydantic import ValidationError
 
 from flexhex.diagnosis.basemodels.arm import RigidArmBase
 from flexhex.diagnosis.basemodels.arms import SCHUNK
@@ -23,15 +21,13 @@ from flexhex.diagnosis.basemodels.own_file import (
 )
 from flexhex.diagnosis.basemodels.robot_file import is_robot, read_robot, refuse_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.basemodels.tolerances import RobotTolerance, with_tolerance
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import LogError, UsageError
-from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.fmus.common.machine_file import load_machine
 
 NO_TOLERANCE: Mapping[str, float] = MappingProxyType({})
 """Those of the machine file, all of them."""
-NO_HEXAPOD, NO_ROBOT = ("gravity",), ("stiffness", "actuator", "sigma")
-"""Tolerances that a hexapod does not have, and those that a robot's file does not."""
 
 
 def _hexapod(
@@ -41,10 +37,7 @@ def _hexapod(
         raise LogError("no machine file given: the hexapod needs one (--machine)")
     machine = load_machine(machine_file)
     log.refuse_width(machine.n_arms)
-    idle = [name for name in NO_HEXAPOD if name in machine.tolerance.model_fields_set]
-    if idle:
-        raise LogError(f"{machine_file}: [tolerance] {idle[0]}: no hexapod has one: take it out")
-    known = with_tolerance(machine.tolerance, tolerance, NO_HEXAPOD)
+    known = with_tolerance(machine.tolerance, tolerance)
     return HexapodBase(machine.model_copy(update={"tolerance": known}))
 
 
@@ -78,26 +71,6 @@ def known_base(name: str) -> None:
         )
 
 
-def with_tolerance(
-    known: Tolerance, given: Mapping[str, float], without: Collection[str] = ()
-) -> Tolerance:
-    """Tolerances with some in their place. UsageError for an unknown one, one that a base model is
-    `without`, or one out of range."""
-    there = [name for name in Tolerance.model_fields if name not in without]
-    strange = [name for name in given if name not in there]
-    if strange:
-        listed = ", ".join(there)
-        raise UsageError(f"tolerance {strange[0]!r}: there are {listed}")
-    tables = {n: {"value": v, "unit": "1", "source": "assumed"} for n, v in given.items()}
-    try:
-        read = Tolerance.model_validate(tables)
-    except ValidationError as error:
-        first = error.errors()[0]
-        text = str(first["msg"]).removeprefix("Value error, ")
-        raise UsageError(f"tolerance {first['loc'][0]} = {text}") from None
-    return known.model_copy(update={name: getattr(read, name) for name in given})
-
-
 def base_of(
     name: str,
     machine_file: Path | None,
@@ -115,7 +88,7 @@ def base_of(
     known_base(name)
     if is_robot(name):
         robot = read_robot(Path(name), joints, log["theta"].width)
-        known = with_tolerance(Tolerance(), tolerance, NO_ROBOT)
+        known = with_tolerance(RobotTolerance(), tolerance)
         return RobotBase(Path(name), robot, known, log["theta"].ts)
     if joints:
         raise UsageError(f"--joints: base model {name} is no robot's file: take it out")

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Known, Motion
 from flexhex.diagnosis.basemodels.robot_file import Robot
-from flexhex.fmus.common.machine.sections import Tolerance
+from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
 
 Array = NDArray[np.float64]
 ERRORS = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
@@ -51,7 +51,7 @@ class Placements:
     level axes are felt: those of gravity.
     """
 
-    def __init__(self, robot: Robot, pin: Any, length: float, tolerance: Tolerance) -> None:
+    def __init__(self, robot: Robot, pin: Any, length: float, tolerance: RobotTolerance) -> None:
         """length: of the robot [m]; tolerance: of places, relative to it, of angles and gravity."""
         self.robot, self._pin = robot, pin
         self.known = _errors(robot, length, tolerance)
@@ -121,7 +121,7 @@ class Placements:
         return shown.model, shown.data
 
 
-def _errors(robot: Robot, length: float, tolerance: Tolerance) -> tuple[Known, ...]:
+def _errors(robot: Robot, length: float, tolerance: RobotTolerance) -> tuple[Known, ...]:
     """Gravity's direction, then the place of each joint that stands on another one, in the order
     of the model."""
     model = robot.model

@@ -19,7 +19,7 @@ from flexhex.diagnosis.basemodels.columns import ColumnBase
 from flexhex.diagnosis.basemodels.robot_file import Robot, pinocchio
 from flexhex.diagnosis.basemodels.robot_geometry import Placements, configurations
 from flexhex.diagnosis.basemodels.robot_tree import tree_torques
-from flexhex.fmus.common.machine.sections import Tolerance
+from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_yy", "J_xz", "J_yz", "J_zz")
@@ -30,7 +30,7 @@ UNITS = ("kg", *("kg m",) * 3, *("kg m2",) * 6)
 class RobotBase(ColumnBase):
     """Base model of a robot sampled every ts [s]; see `flexhex.diagnosis.basemodels.base.Base`."""
 
-    def __init__(self, file: Path, robot: Robot, tolerance: Tolerance, ts: float) -> None:
+    def __init__(self, file: Path, robot: Robot, tolerance: RobotTolerance, ts: float) -> None:
         self.file, self.robot, self._pin = file, robot, pinocchio(file)
         self._data, n = robot.model.createData(), len(robot.places)
         self.length = _length(robot)
@@ -108,7 +108,7 @@ def _length(robot: Robot) -> float:
     return float(max(*between, *(np.linalg.norm(model.inertias[k].lever) for k in robot.places)))
 
 
-def _inertias(robot: Robot, known: Tolerance, length: float) -> list[Known]:
+def _inertias(robot: Robot, known: RobotTolerance, length: float) -> list[Known]:
     listed = []
     for place, body in zip(robot.places, robot.bodies, strict=True):
         ten = robot.model.inertias[place].toDynamicParameters()

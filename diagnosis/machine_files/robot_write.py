@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.robot_file import pinocchio, read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
 from flexhex.diagnosis.estimation.bodies import consistent
 from flexhex.fmus.common.errors import MachineError
-from flexhex.fmus.common.machine.sections import Tolerance
 
 Array = NDArray[np.float64]
 PLACES = {".urdf": ("F_c", "d"), ".xml": ("F_c", "d", "J_r", "m_r")}
@@ -186,7 +186,7 @@ class _Mjcf:
 def _refuse_other(written: Path, path: Path, base: RobotBase, values: Mapping[str, float]) -> None:
     """MachineError where the file that is read back has other torques."""
     robot = read_robot(written, base.robot.joints, base.n)
-    back = RobotBase(written, robot, Tolerance(), 1e-3)
+    back = RobotBase(written, robot, RobotTolerance(), 1e-3)
     rng = np.random.default_rng(0)
     motion = Motion(0.0, 1e-3, *rng.standard_normal((3, STATES, base.n)))
     p = np.array([values[known.name] for known in base.linear])

@@ -122,14 +122,23 @@ class Actuator(Section):
     b: Annotated[Matrix, quantity("N m", -1, -1)]
 
 
-class Tolerance(Section):
+class BodyTolerance(Section):
+    """How well any file knows bodies: one standard deviation each, relative; centre and geometry
+    relative to a length of the mechanism, geometry of angles in rad."""
+
+    mass: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
+    inertia: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
+    centre: Annotated[float, quantity("1", gt=0, le=1)] = 0.005
+    geometry: Annotated[float, quantity("1", ge=0, le=0.1)] = 0.002
+
+
+class Tolerance(BodyTolerance):
     """How well the file's values are known: one standard deviation each, relative, by which a
     machine may differ without the diagnosis reporting it.
 
     mass, inertia: of bodies; centre: of centres of mass, relative to the longer of L and l;
-    stiffness: of the flexures; actuator: of its terms; sigma: of the hysteresis' width; geometry:
-    of places and lengths, relative to the longer of L and l, and of angles [rad]; gravity: of its
-    direction [rad], of a robot's foot.
+    geometry: of places and lengths, relative to the longer of L and l, and of angles [rad];
+    stiffness: of the flexures; actuator: of its terms; sigma: of the hysteresis' width.
 
     Masses of real files are 1 to 10 % wrong, evenly on a logarithmic scale: 5 % RMS. Inertias are
     no better known. Centres follow: 5 % of a body's reach, which is about a tenth of an arm.
@@ -137,14 +146,9 @@ class Tolerance(Section):
     not calibrated, are 0.1 to 0.5 % off.
     """
 
-    mass: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
-    inertia: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
-    centre: Annotated[float, quantity("1", gt=0, le=1)] = 0.005
     stiffness: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
     actuator: Annotated[float, quantity("1", gt=0, le=1)] = 0.05
     sigma: Annotated[float, quantity("1", gt=0, le=1)] = 0.1
-    geometry: Annotated[float, quantity("1", ge=0, le=0.1)] = 0.002
-    gravity: Annotated[float, quantity("1", ge=0, le=0.1)] = 0.002
 
 
 class Drive(Section):

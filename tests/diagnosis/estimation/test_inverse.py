@@ -201,12 +201,12 @@ def test_a_tree_in_any_order_of_its_axes_is_that_of_pinocchio(
     """`symbolic_torque` compares with Pinocchio at random and raises where they differ."""
     from flexhex.diagnosis.basemodels.robot_file import read_robot
     from flexhex.diagnosis.basemodels.robots import RobotBase
-    from flexhex.fmus.common.machine.sections import Tolerance
+    from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
 
     file = tmp_path / "tree.xml"
     file.write_text(TREE)
     robot = read_robot(file, joints, len(joints))
-    symbolic_torque(RobotBase(file, robot, Tolerance(), TS), "tree")
+    symbolic_torque(RobotBase(file, robot, RobotTolerance(), TS), "tree")
 
 
 @pytest.mark.parametrize("fitted", ["geometry", "gravity"])

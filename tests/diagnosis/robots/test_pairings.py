@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.robot_file import read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
-from flexhex.fmus.common.machine.sections import Tolerance
 from tests.diagnosis.robots.simulated import EVERY, FILE, SECONDS, STEP, machine, wanted
 
 pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
@@ -68,7 +68,7 @@ def messages(angle: Change, torque: Change, zero: Array | float = 0.0, file: Pat
         valid = np.ones(len(q), dtype=bool)
         signal = TimeSeries(0.0, 5 * TS, torque(tau), valid)
         runs.append(Run(str(seed), str(seed), motion, valid, signal))
-    base = RobotBase(file, read_robot(file, (), N), Tolerance(), 5 * TS)
+    base = RobotBase(file, read_robot(file, (), N), RobotTolerance(), 5 * TS)
     if text := mispaired(base, runs):
         return f"{REFUSED}: {text}"
     return f"{SAID}: {text}" if (text := doubtful(base, runs)) else SILENT

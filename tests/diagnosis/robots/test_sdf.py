@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.robot_file import read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
 from flexhex.fmus.common.errors import MachineError, UsageError
-from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.identify.write_other import checked_target
 from tests.compare import assert_close
 
@@ -72,7 +72,7 @@ def old_style() -> str:
 
 
 def base(file: Path) -> RobotBase:
-    return RobotBase(file, read_robot(file, (), 2), Tolerance(), 1e-3)
+    return RobotBase(file, read_robot(file, (), 2), RobotTolerance(), 1e-3)
 
 
 @pytest.mark.parametrize("style", [new_style, old_style])
