@@ -52,19 +52,17 @@ def unrefuted(
 def _less(
     now: Fitted, others: Elsewhere, criteria: Criteria, listed: Sequence[Score]
 ) -> Fitted | None:
-    """The same without what these runs refute first; None if that is nothing."""
+    """The same without what these runs refute first: the effect that they support least, unless
+    they support all that are there and other parameters are in doubt. None if that is nothing."""
     bench, (worse, whole) = now.fit.bench, refuted(now.fit, others)
     there = [a for a in now.effects if a.score.hypothesis.axis in worse]
     seen = Predicted(bench, others, criteria, now.freed)
     margins = [seen.margin(a, [b for b in now.effects if b is not a]) for a in there]
-    wrong = [a for a, margin in zip(there, margins, strict=True) if margin <= 0]
-    if there and not wrong and not now.freed:
-        # each makes up for another one, and all together they are worse than none
-        wrong = [there[int(np.argmin(margins))]]
-    if wrong:
-        left = [a for a in now.effects if a not in wrong]
+    if there and (min(margins) <= 0 or not now.freed):
+        wrong = there[int(np.argmin(margins))]
+        left = [a for a in now.effects if a is not wrong]
         effects, fit = firm(bench, left, criteria, now.freed, listed)
-        return replace(now, effects=effects, fit=fit, refused=(*now.refused, *wrong))
+        return replace(now, effects=effects, fit=fit, refused=(*now.refused, wrong))
     if not now.freed:
         return None
     effects, fit = firm(bench, now.effects, criteria, {}, listed)

@@ -124,6 +124,20 @@ def test_effects_that_make_up_for_each_other_are_worse_than_none_together(
     assert [each.score.hypothesis.id for each in kept.refused] == ["drift"]
 
 
+def test_the_least_goes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two effects that held-out runs speak against: without the one the other may be right."""
+    left = {frozenset(["drag", "drift"]): 3.0, frozenset(["drag"]): 1.5, frozenset(["drift"]): 2.0}
+    explaining(monkeypatch, left.__getitem__, left.__getitem__)
+    monkeypatch.setattr(refuting, "firm", lambda _, effects, *__: (effects, fit))
+    fit: Any = SimpleNamespace(bench=SimpleNamespace(model=SimpleNamespace(torque_rms=np.ones(1))))
+    worse = iter([([0], True), ([], False)])
+    monkeypatch.setattr(refuting, "refuted", lambda *_: next(worse))
+    others: Any = SimpleNamespace()
+    now = Fitted([accepted(name) for name in ("drift", "drag")], fit, (), {})
+    kept = unrefuted(now, others, USUAL, ())
+    assert [each.score.hypothesis.id for each in kept.effects] == ["drag"]
+
+
 def test_slow_torque_of_a_run_hides_no_effect() -> None:
     """Torques wander from run to run by more than an effect does. Noise that passes show says so:
     what is left is counted beyond it."""

@@ -201,6 +201,15 @@ def test_table_counts_by_what_is_hidden_and_by_size() -> None:
     assert "1 of 6 (95 % interval 3 to 56 %)" in tables.text(outcomes)
 
 
+def test_waves_are_counted_where_another_trajectory_can_show_them() -> None:
+    """That nothing is named where there is none is right; an invented delay never is."""
+    found = replace(score(NONE, DRAG), category="plain", checks={"order [1]": True})
+    hushed = replace(found, alone=True, checks={"order [1]": False, "no delay": False})
+    table = rows([found, hushed])
+    assert table["plain axes", "order of the cogging exact"] == (1, 1)
+    assert table["plain axes", "a delay invented"] == (1, 1)
+
+
 def test_families_stand_side_by_side() -> None:
     one = score(NONE, DRAG)
     head, *_, last = tables.text([one, replace(one, family="other")]).splitlines()
