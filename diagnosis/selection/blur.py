@@ -65,7 +65,7 @@ class Blur:
 
     def alike(self, score: Score) -> float:
         """Share of a hypothesis' torque, in squares, that has the form of such errors on its
-        axis."""
+        axis: all of it where a parameter is known there, whose errors have no form of their own."""
         axis = score.hypothesis.axis
         if not isinstance(score.hypothesis, EffectHypothesis) or axis is None:
             return 1.0
@@ -73,9 +73,16 @@ class Blur:
         square = float(torque @ torque)
         if square == 0:
             return 1.0
-        spaces = [(left, float(((s.T @ torque) ** 2).sum())) for left, s in self._spaces(axis)]
-        within = sum(left * part for left, part in spaces)
-        return within / square / sum(left for left, _ in spaces)
+        shares = [
+            (left, float(((space.T @ torque) ** 2).sum()) / square)
+            for left, space in self._spaces(axis)
+        ]
+        shares += [
+            (_left(known, self.criteria), 1.0)
+            for known, both in self.known
+            if not both and known.hypothesis.axis == axis
+        ]
+        return sum(left * share for left, share in shares) / sum(left for left, _ in shares)
 
     def _spaces(self, axis: int) -> Sequence[tuple[float, Array]]:
         if axis not in self._made:

@@ -8,9 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexhex.diagnosis.selection.blur import Blur
+from flexhex.diagnosis.selection.choose import effect_scores
+from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import space_of_errors
 from flexhex.diagnosis.selection.found import found
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import ChangedParameter
+from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import RMS, Array, bench_of
 
 
@@ -46,3 +53,20 @@ def test_small_harmonic_of_a_wave_is_found_beside_friction(tmp_path: Path) -> No
     waves = next(effect for effect in side.named if effect.id == "cogging_harmonic")
     orders = [v.value for name, v in waves.parameters.items() if name.startswith("order")]
     assert sorted(orders) == [pytest.approx(17.0, abs=0.1), pytest.approx(34.0, abs=0.2)]
+
+
+def test_errors_of_a_changed_parameter_have_any_form(tmp_path: Path) -> None:
+    """Beside a rotor that is heavier than its file says, what is left of it may be of any effect on
+    its axis."""
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        return np.asarray(0.1 * RMS * np.tanh(v / 0.01))
+
+    bench = bench_of(tmp_path, torque)
+    moments = Moments(Rows.of(bench.model))
+    hypotheses = Hypotheses(bench, moments.rows)
+    first = effect_scores(moments, hypotheses, (), USUAL, [0])[0]
+    rotor = Score(ChangedParameter("J[1]", (0,), 0), 100.0, np.full(2, 50.0), 0.1)
+    blur = Blur(moments, lambda: moments, hypotheses, [(rotor, ())], USUAL)
+    assert blur.alike(first) == 1.0
+    assert blur(first) == pytest.approx(blur.left[0])
