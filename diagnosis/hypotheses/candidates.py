@@ -150,15 +150,19 @@ class Bench:
 
     def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
-        listed = self._inputs(item, axis, seen=True)
+        blocks, order = self.model.blocks, shape.get("order", 0.0)
+        thin = all(block.shows(axis, order) for block in blocks)
+        listed = self._inputs(item, axis, seen=thin)
         states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
-            runs, signals = [b.run for b in self.model.blocks], self._followed(item, axis)
+            runs, signals = [b.run for b in blocks], self._followed(item, axis)
             whole = states_of(item, shape, axis, runs, signals, self.across, self.model.base.window)
-            states = [z[b.seen] for z, b in zip(whole, self.model.blocks, strict=True)]
+            states = [z[b.seen] if thin else z for z, b in zip(whole, blocks, strict=True)]
         return [
-            block.smooth_seen(item.columns(x, z, alike(fixed, len(x)))[0])
-            for block, x, z in zip(self.model.blocks, listed, states, strict=True)
+            (block.smooth_seen if thin else block.smooth)(
+                item.columns(x, z, alike(fixed, len(x)))[0]
+            )
+            for block, x, z in zip(blocks, listed, states, strict=True)
         ]
 
     def _felt(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:

@@ -26,12 +26,13 @@ TURNS, RATE = "1/rad", "rad/s"
 @dataclass(frozen=True)
 class Scales:
     """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
-    what the library's sizes are for; peaks: largest torque of each axis; usual: the larger of its
-    RMS about the mean and its median magnitude [N m]; time: that the runs tell, relative to the
-    library's; effects: by id."""
+    what the library's sizes are for; places: mean angle of each axis; peaks: its largest torque;
+    usual: the larger of its RMS about the mean and its median magnitude [N m]; time: that the runs
+    tell, relative to the library's; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
+    places: tuple[float, ...]
     peaks: tuple[float, ...]
     usual: tuple[float, ...]
     time: float
@@ -41,7 +42,8 @@ class Scales:
     def of(model: Calibrated, effects: Sequence[Effect], across: bool = False) -> Scales:
         """Of runs and their base model; across: time goes on from run to run."""
         kinds, tiny = kinds_of(model.base, model.base.n), np.finfo(float).tiny
-        angles = np.concatenate([b.run.motion.theta[b.run.valid] for b in model.blocks]).std(axis=0)
+        theta = np.concatenate([b.run.motion.theta[b.run.valid] for b in model.blocks])
+        places, angles = tuple(theta.mean(axis=0).tolist()), theta.std(axis=0)
         rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in model.blocks])
         speeds = np.sqrt((rates**2).mean(axis=0))
         ranges = []
@@ -58,7 +60,7 @@ class Scales:
         ]
         time = _power_of_two(max(float(max(ends)), tiny) / USUAL_TIME)
         known = {effect.id: effect for effect in effects}
-        return Scales(kinds, tuple(ranges), peaks, usual, time, known)
+        return Scales(kinds, tuple(ranges), places, peaks, usual, time, known)
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -77,10 +79,15 @@ class Scales:
             return self.time
         return self.peaks[axis] if shape.of_peak else self.scale(shape.unit, axis)
 
+    def _sized(self, shape: Shape, axis: int, *values: float) -> tuple[float, ...]:
+        """Values of the library's for a shape, on an axis."""
+        times, place = self._times(shape, axis), self.places[axis] if shape.of_place else 0.0
+        return tuple(place + times * value for value in values)
+
     def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:
         """A shape of the library for an axis."""
         known = {s.name: s for s in self.effects[name].shapes}
-        return {n: v * self._times(known[n], axis) for n, v in shape.items()}
+        return {n: self._sized(known[n], axis, v)[0] for n, v in shape.items()}
 
     def possible(self, name: str, axis: int, shape: Mapping[str, float]) -> bool:
         """Whether an axis may have such a shape."""
@@ -101,14 +108,13 @@ class Scales:
     def _ranged(self, name: str, axis: int) -> Mapping[str, Shape]:
         shapes = {}
         for s in self.effects[name].shapes:
-            times = self._times(s, axis)
-            low, high, start = (times * value for value in (s.low, s.high, s.start))
+            low, high, start, *grid = self._sized(s, axis, s.low, s.high, s.start, *s.grid)
             # an axis that passes such a share most of the time would not move as it does
             low = max(low, self.usual[axis]) if s.of_peak else low
             # what is over soon is no drift
-            low = max(low, times * s.grid[0]) if s.of_time else low
-            grid = tuple(times * value for value in s.grid if times * value >= low)
-            shapes[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
+            low = max(low, grid[0]) if s.of_time else low
+            within = tuple(value for value in grid if value >= low)
+            shapes[s.name] = replace(s, low=low, high=high, start=start, grid=within)
         return shapes
 
     def bounds(self, name: str, axis: int) -> list[tuple[float, float]]:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
-from flexhex.diagnosis.kinds import ROTARY, kinds_of
 from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import PART, moving, sticking
 from flexhex.diagnosis.runs.smoothing import enough, hann_weights, thinned
@@ -103,8 +102,8 @@ class Block:
     """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
 
     weights (m, samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where
-    each axis does not rest; every: one of so many samples is enough for the columns of effects.
-    drift: torque (m, n) [N m] that changes from run to run and is taken off.
+    each axis does not rest; every: one of so many samples is enough for columns of effects that
+    have no faster waves. drift: torque (m, n) [N m] that changes from run to run and is taken off.
     """
 
     run: Run
@@ -143,6 +142,11 @@ class Block:
     def of_seen(self) -> csr_array:
         """Weights (m, seen) of these samples."""
         return thinned(self.weights, self.seen)
+
+    def shows(self, axis: int, order: float) -> bool:
+        """Whether a wave [1/rad, 1/m] has two of these samples where its axis is fastest."""
+        step = np.abs(self.run.motion.thetad[:, axis]).max() * self.every * self.run.motion.ts
+        return bool(order * step <= np.pi)
 
     def smooth_seen(self, raw: Array) -> Array:
         """`smooth` of these samples (seen, k)."""
@@ -235,16 +239,11 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     rows = base.rows(motion, weights)
     linear = Linear.of(rows, base.linear)
     moves = np.ones(rows.shape[:2], dtype=bool)
-    turns = all(kind is ROTARY for kind in kinds_of(base, base.n))
-    rate = float(np.abs(motion.thetad).max()) if turns else np.inf
-    few = enough(base.window, motion.ts, rate)
-    return Block(run, at, weights, linear, filled & known, moves, few)
+    every = enough(base.window, motion.ts)
+    return Block(run, at, weights, linear, filled & known, moves, every)
 
 
 def spacing_for(base: Base, runs: Sequence[Run]) -> float:
     """Time between rows [s]: the base's own, or more where that makes too many instants."""
-    total = 0.0
-    for run in runs:
-        a, b = _span(base, run)
-        total += max(0.0, b - a)
+    total = sum(max(0.0, b - a) for a, b in (_span(base, run) for run in runs))
     return max(base.spacing, total / MOST)

@@ -15,10 +15,9 @@ from flexhex.fmus.filter.equations import hann_window
 Array = NDArray[np.float64]
 FILLED = 0.9
 """Share of the window's weight that must lie on valid samples."""
-SAMPLES, WAVES = 24, 500
-"""Samples of a window that give a mean over it; waves of a turn of which each has two. Half as many
-or twice as many samples change what is found of the hexapod of the benchmark by less than
-1e-4 of it."""
+SAMPLES = 24
+"""Samples of a window that give a mean over it. Half or twice as many change what is found of the
+hexapod of the benchmark by less than 1e-4 of it."""
 
 
 def hann_weights(
@@ -47,10 +46,9 @@ def hann_weights(
     return matrix, filled
 
 
-def enough(window: float, ts: float, rate: float) -> int:
-    """One of how many samples is enough for a mean over a window [s], and for each wave of a turn
-    at this rate [rad/s]; all of them at an infinite one."""
-    return max(int(min(window / SAMPLES, np.pi / WAVES / max(rate, 1e-30)) / ts), 1)
+def enough(window: float, ts: float) -> int:
+    """One of how many samples is enough for a mean over a window [s]."""
+    return max(int(window / SAMPLES / ts), 1)
 
 
 def thinned(weights: csr_array, kept: NDArray[np.int64] | slice) -> csr_array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import log
 
 import numpy as np
 
@@ -88,7 +87,7 @@ def _margins(
     moments = search.moments
     terms = [term for _, both in effects for term in both]
     other = generic_score(moments.without(*terms), unnamed)
-    choices = sum(log(score.hypothesis.choices) for score, _ in effects)
-    gain = together(moments, terms) + max(beside.gain, 0.0) - choices
-    whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - choices
+    price = sum(score.price for score, _ in effects)
+    gain = together(moments, terms) + max(beside.gain, 0.0) - price
+    whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - price
     return other, (gain - other.gain, whole - other.whole)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import log, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,16 +28,17 @@ def refined(
     effect: EffectHypothesis,
     fits: Mapping[Left, Tried],
     error: float,
-) -> tuple[EffectHypothesis, dict[Left, Tried]]:
+) -> tuple[EffectHypothesis, dict[Left, Tried], float]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
     each peak of the grid, half the distance to its neighbours each time, until that changes next to
     nothing: beside chance, and beside a relative error of the form as large as thought. A step that
-    gains no more than chance is not taken: a shape stays where its form is simplest."""
+    gains no more than chance is not taken: a shape stays where its form is simplest. And how many
+    such shapes there are between two of the grid, as a logarithm."""
     evidence = fits[None].evidence
     starts = [(effect.shapes[k], float(evidence[k])) for k in peaks(effect.shapes, evidence)]
     ends = [_uphill(moments, hypotheses, effect, start, error) for start in starts]
-    best, _ = max(ends, key=lambda end: end[1])
-    return best, tried(moments, best)
+    best, _, many = max(ends, key=lambda end: end[1])
+    return best, tried(moments, best), many
 
 
 def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
@@ -61,9 +63,11 @@ def _uphill(
     effect: EffectHypothesis,
     start: tuple[Mapping[str, float], float],
     error: float,
-) -> tuple[EffectHypothesis, float]:
-    """A shape and its evidence, from those of a start on."""
+) -> tuple[EffectHypothesis, float, float]:
+    """A shape and its evidence, from those of a start on, and how many shapes there are in its
+    place, as a logarithm: the distance on the grid by the width of the evidence, a bell's."""
     (now, evidence), searched = start, hypotheses.searched(effect)
+    many = dict[str, float]()
     for level in range(1, HALVINGS + 1):
         steep = False
         for shape in searched:
@@ -74,12 +78,16 @@ def _uphill(
             # both in one go, which reads the base model's columns once
             listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
             steep |= bool((np.abs(listed - evidence) > flat).any())
+            fall = evidence - float(listed.mean())
+            if fall > flat:
+                # a bell falls by x^2 / 2 in x standard deviations
+                many[name] = log(2**level * sqrt(fall / pi))
             higher = int(np.argmax(listed))
             if listed[higher] > evidence + FLAT:
                 now, evidence = beside[higher], float(listed[higher])
         if not steep:
             break
-    return hypotheses.shaped(effect, now), evidence
+    return hypotheses.shaped(effect, now), evidence, sum(max(m, 0.0) for m in many.values())
 
 
 def ended(

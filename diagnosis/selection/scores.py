@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from flexhex.diagnosis.selection.evidence import (
     Tried,
     evidences,
     free,
+    mean_of,
     tried,
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -36,7 +38,8 @@ class Score:
     up; shape: place of the best one by all folds; still: places of gains that are zero there, as
     they may not be negative; spread: of each axis the share that it feels of that torque, as base
     parameters carry it over, in squares beside the noise; empty beside the base model alone; doubt:
-    how often rows say the same again of it, beside all that it leaves."""
+    how often rows say the same again of it, beside all that it leaves; price: what its best shape
+    has more evidence than all shapes together, as nobody knew which it is [nats]."""
 
     hypothesis: Hypothesis
     whole: float
@@ -46,6 +49,7 @@ class Score:
     still: tuple[int, ...] = ()
     spread: tuple[float, ...] = ()
     doubt: float = 1.0
+    price: float = 0.0
 
     @property
     def order(self) -> float | None:
@@ -101,18 +105,21 @@ def effect_score(
     error: float,
 ) -> Score:
     """An effect with its best shape, on left-out folds; error: of its form, relative."""
+    evidence = fits[None].evidence
+    price = max(float(evidence.max()) - mean_of(evidence), log(effect.choices))
     if hypotheses.searched(effect):
-        effect, fits = refined(moments, hypotheses, effect, fits, error)
+        effect, fits, many = refined(moments, hypotheses, effect, fits, error)
+        price += many
         if ended(moments, hypotheses, effect, fits):
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
-    return _scored(moments, hypotheses, effect, fits)
+    return replace(_scored(moments, hypotheses, effect, fits), price=price)
 
 
 def with_shape(moments: Moments, hypotheses: Hypotheses, score: Score) -> Score:
     """The score of the same effect with the same shape beside another model."""
     assert isinstance(score.hypothesis, EffectHypothesis)
     effect = hypotheses.shaped(score.hypothesis, score.hypothesis.shapes[score.shape])
-    return _scored(moments, hypotheses, effect, tried(moments, effect))
+    return replace(_scored(moments, hypotheses, effect, tried(moments, effect)), price=score.price)
 
 
 def _scored(

@@ -69,11 +69,13 @@ def write(
     scale: float = 1.0,
     steps: float = 1e-6,
     seconds: float = SECONDS,
+    zero: float = 0.0,
 ) -> Path:
     """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m].
 
     extra: any other torque [N m]; run: its place in the order of all runs, 0 for none; scale: by
-    which all torques are larger; steps [rad] of the encoder, whose noise is twice that.
+    which all torques are larger; steps [rad] of the encoder, whose noise is twice that; zero [rad]:
+    that it is off by.
     """
     t = np.arange(round(seconds / TS)) * TS
     theta, rate, _ = moved(t, seed)
@@ -81,7 +83,7 @@ def write(
     if friction:
         tau = tau + lugre(t, rate, friction)
     rng = np.random.default_rng([seed, number])
-    seen = np.round((theta + 2 * steps * rng.standard_normal(len(t))) / steps) * steps
+    seen = np.round((theta + 2 * steps * rng.standard_normal(len(t)) + zero) / steps) * steps
     tau = scale * (tau + noise * rng.standard_normal(len(t)) + extra)
     place = [f"# run: {run}"] if run else []
     head = [

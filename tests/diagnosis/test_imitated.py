@@ -83,13 +83,27 @@ def test_wave_and_cable_beside_friction_are_named(tmp_path: Path) -> None:
     assert named == {"coulomb_friction", "cogging_harmonic", "cable_force"}
 
 
+@pytest.mark.parametrize("zero", [0.0, 1.6])
+def test_cable_tightens_anywhere(zero: float, tmp_path: Path) -> None:
+    """Where an axis counts its angles from says nothing about it."""
+    bench = bench_of(tmp_path, lambda q, v, a: 2.0 * RMS * np.maximum(q - 0.17, 0.0), zero=zero)
+    (cable,) = found(bench, (), lambda text: None).side.named
+    assert cable.id == "cable_force"
+    assert cable.parameters["theta_0"].value == pytest.approx(0.17 + zero, abs=0.01)
+
+
 @pytest.mark.parametrize(
-    ("others", "displaced"),
-    [((130.0, 60.0), True), ((130.0, 50.0), False), ((100.0, 60.0), False)],
-    ids=["both", "left-out runs alone", "all runs alone"],
+    ("others", "price", "displaced"),
+    [
+        ((130.0, 60.0), 0.0, True),
+        ((130.0, 50.0), 0.0, False),
+        ((100.0, 60.0), 0.0, False),
+        ((100.0, 50.0), 5.0, True),
+    ],
+    ids=["both", "left-out runs alone", "all runs alone", "of many shapes the best"],
 )
 def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
-    others: tuple[float, float], displaced: bool, monkeypatch: pytest.MonkeyPatch
+    others: tuple[float, float], price: float, displaced: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The effect gains 100 nats on left-out runs and has an evidence of 50; something without a
     name in its place `others`, beside it nothing."""
@@ -99,7 +113,7 @@ def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
     monkeypatch.setattr(imitated_module, "generic_score", lambda moments, listed: scores.pop(0))
     whole = SimpleNamespace(of=lambda moments, kind: SimpleNamespace(beyond=lambda axis: 0.0))
     monkeypatch.setattr(imitated_module, "Whole", whole)
-    effect = SimpleNamespace(hypothesis=SimpleNamespace(choices=1, id="any"))
+    effect = SimpleNamespace(hypothesis=SimpleNamespace(id="any"), price=price)
     subject: Any = SimpleNamespace(
         moments=SimpleNamespace(without=lambda *terms: None),
         criteria=USUAL,

@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from flexhex.diagnosis.selection.choose import effect_scores
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.evidence import mean_of, tried
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.refine import peaks
+from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+from tests.diagnosis.test_selection import RMS, bench_of
 
 GRID = [{"a": float(a), "b": float(b)} for a, b in product(range(4), range(3))]
 CORNER, LOSS = 0.5, 0.08
@@ -66,3 +73,25 @@ def test_slow_mode_is_found(tmp_path: Path) -> None:
     assert effect.id == "flexible_mode"
     assert effect.parameters["f"].value == pytest.approx(1.3, rel=0.02)
     assert effect.parameters["J_2"].value == pytest.approx(inertia, rel=0.1)
+
+
+def test_price_of_a_shape_is_what_there_are_beside_it(tmp_path: Path) -> None:
+    """Evidence over all places at which a cable might tighten, beside that of the best one, by
+    adding up both on a fine grid."""
+    bench = bench_of(tmp_path, lambda q, v, a: 0.5 * RMS * np.maximum(q - 0.17, 0.0))
+    moments = Moments(Rows.of(bench.model))
+    hypotheses = Hypotheses(bench, moments.rows)
+    cable = hypotheses.effect("cable_force", 0)
+    (score,) = [
+        s
+        for s in effect_scores(moments, hypotheses, (), USUAL, [0])
+        if s.hypothesis.id == "cable_force"
+    ]
+    places = {shape["theta_0"] for shape in cable.shapes}
+    fine = [
+        {"theta_0": float(at), "side": side}
+        for at in np.linspace(min(places), max(places), 401)
+        for side in (-1.0, 1.0)
+    ]
+    evidence = tried(moments, hypotheses.shaped(cable, *fine), [None])[None].evidence
+    assert score.price == pytest.approx(evidence.max() - mean_of(evidence), abs=0.7)

@@ -33,13 +33,14 @@ def bench_of(
     torque: Torque | None,
     runs: Sequence[tuple[int, int]] = RUNS,
     step: int = 1,
+    zero: float = 0.0,
 ) -> Bench:
     """Runs (motion, pass) of an axis that feels a further torque [N m]; every so many samples of
-    them."""
+    them, zero [rad] off."""
     paths = []
     for k, (motion, number) in enumerate(runs):
         extra = 0.0 if torque is None else torque(*moved(CLOCK, motion))
-        path = write(folder / f"{k}.csv", motion, number, 0.0, extra=extra)
+        path = write(folder / f"{k}.csv", motion, number, 0.0, extra=extra, zero=zero)
         paths.append(thinned(path, step))
     base, run_set, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -45,7 +47,13 @@ def test_constant_stays_what_it_is() -> None:
     np.testing.assert_allclose(ones, 1.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("rate", "every"), [(0.0, 3), (0.5, 3), (3.0, 2), (9.0, 1), (np.inf, 1)])
-def test_fast_turning_needs_more_samples(rate: float, every: int) -> None:
-    """500 waves of a turn have two samples each, at any rate."""
-    assert enough(WINDOW, TS, rate) == every
+def test_fast_waves_need_more_samples() -> None:
+    """At 2 rad/s a sample every 3 ms is two of each wave of 523 rad^-1."""
+    thin = block(3, np.ones(4000, dtype=bool))
+    turning: Any = SimpleNamespace(motion=SimpleNamespace(thetad=np.array([[0.1], [-2.0]]), ts=TS))
+    seen = replace(thin, run=turning)
+    assert [seen.shows(0, order) for order in (0.0, 520.0, 527.0)] == [True, True, False]
+
+
+def test_samples_of_a_window() -> None:
+    assert [enough(window, TS) for window in (0.01, WINDOW, 0.5)] == [1, 3, 20]

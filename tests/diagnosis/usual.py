@@ -12,4 +12,6 @@ from flexhex.diagnosis.kinds import ROTARY
 def usual(effects: Mapping[str, Any]) -> Scales:
     """Axes that turn, of the torque and motion that the library's sizes are for."""
     inner = {name: item.effect for name, item in effects.items()}
-    return Scales((ROTARY,) * 6, ((1.0, 1.0, 1.0),) * 6, (1.0,) * 6, (0.1,) * 6, 1.0, inner)
+    return Scales(
+        (ROTARY,) * 6, ((1.0, 1.0, 1.0),) * 6, (0.0,) * 6, (1.0,) * 6, (0.1,) * 6, 1.0, inner
+    )

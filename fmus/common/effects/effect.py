@@ -49,7 +49,8 @@ class Shape:
     start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
     seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
     numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
-    it takes them as they stand, for any axis; blended: real ones have several values at once, and
+    it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
+    average; blended: real ones have several values at once, and
     this is the main one.
     """
 
@@ -65,6 +66,7 @@ class Shape:
     of_peak: bool = False
     of_time: bool = False
     as_is: bool = False
+    of_place: bool = False
     blended: bool = False
 
 

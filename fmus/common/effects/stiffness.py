@@ -87,13 +87,16 @@ class CubicStiffness(Effect):
         return s.theta**3
 
 
+PLACES = (-0.1, -0.05, 0.0, 0.05, 0.1)
+
+
 class CableForce(Effect):
     """k_c side max(0, side (theta - theta_0)): a cable pulls back beyond theta_0."""
 
     id, title, acts_on = "cable_force", "cable force", "torque"
     gains = (Gain("k_c", "N m/rad", 0.1, 0.0, 1e6, "stiffness where it is tight"),)
     shapes = (
-        Shape("theta_0", "rad", -1.5, 1.5, 0.05, (-0.1, -0.05, 0.0, 0.05, 0.1), "where it begins"),
+        Shape("theta_0", "rad", -1.5, 1.5, 0.05, PLACES, "where it begins", of_place=True),
         Shape("side", "1", -1.0, 1.0, 1.0, (-1.0, 1.0), "1: above theta_0, -1: below", whole=True),
     )
     most = 2
