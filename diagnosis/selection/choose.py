@@ -63,15 +63,22 @@ def chosen(
     plainly: Plainly,
 ) -> Accepted | None:
     """What is accepted of the scores of a round beside those that are known; least: what one must
-    gain [nats]."""
+    gain [nats]. Where the best of an axis is too small for a name, what is larger but explains less
+    is not there."""
+    faint = dict[Axis, Score]()
 
-    def good(score: Score) -> bool:
+    def good(score: Score, criteria: Criteria = criteria) -> bool:
         there = shown(score, criteria, repeated(score, known))
         return there and beyond_chance(score, known, bars, criteria, plainly)
 
     for score in scores:
-        if score.gain > least(score) and good(score):
+        best, error = faint.get(score.hypothesis.axis, score), form_error(score, criteria)
+        if score.gain <= least(score) or not as_good(score.gain, best.gain, error, criteria):
+            continue
+        if good(score):
             return simplest(score, scores, number, criteria, good)
+        if best is score and good(score, replace(criteria, smallest_effect=0.0)):
+            faint[score.hypothesis.axis] = score
     return None
 
 

@@ -54,6 +54,23 @@ def test_what_a_trajectory_speaks_against_is_no_simpler_name() -> None:
     assert (accepted.score, accepted.rivals) == (best, ())
 
 
+@pytest.mark.parametrize(
+    ("axis", "gain", "there"), [(0, 700.0, False), (0, 1695.0, True), (1, 700.0, True)]
+)
+def test_what_explains_less_than_something_faint_is_not_there(
+    axis: int, gain: float, there: bool
+) -> None:
+    """A small eccentricity looks like a little more of a wave of the torque."""
+    half, less = USUAL.smallest_effect / 2, np.full(2, 850.0)
+    faint = replace(scored_as("eccentricity", 0, 2), whole=1700.0, without=less, size=half)
+    less = np.full(2, gain / 2)
+    wave = replace(scored_as("wave", axis, 2), whole=gain, without=less, size=4 * half)
+    both = sorted([faint, wave], key=lambda score: -score.gain)
+    accepted = chosen(lambda score: 0.0, (), both, Bars(5.0, 3.0), 1, USUAL, lambda score: score)
+    assert (accepted is not None) == there
+    assert accepted is None or accepted.score is wave
+
+
 @pytest.mark.parametrize("fuller", ["extends", "limit"])
 @pytest.mark.parametrize(
     ("better", "size", "rivals"),
