@@ -157,11 +157,9 @@ class Bench:
         if item.along is not None:
             runs, signals = [b.run for b in blocks], self._followed(item, axis)
             whole = states_of(item, shape, axis, runs, signals, self.across, self.model.base.window)
-            states = [z[b.seen] if thin else z for z, b in zip(whole, blocks, strict=True)]
+            states = [b.few(z) if thin else z for z, b in zip(whole, blocks, strict=True)]
         return [
-            (block.smooth_seen if thin else block.smooth)(
-                item.columns(x, z, alike(fixed, len(x)))[0]
-            )
+            (block.few if thin else block).smooth(item.columns(x, z, alike(fixed, len(x)))[0])
             for block, x, z in zip(blocks, listed, states, strict=True)
         ]
 
@@ -190,7 +188,7 @@ class Bench:
             pushed[:, TORQUES.start] = step
             rest = alike(np.zeros(1), len(inputs)), alike(fixed, len(inputs))
             above, below = (item.columns(inputs + way * pushed, *rest)[0] for way in (1, -1))
-            shares.append(block.smooth_seen((above - below)[:, 0] / (2 * step)))
+            shares.append(block.few.smooth((above - below)[:, 0] / (2 * step)))
         return shares
 
     def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
@@ -230,7 +228,7 @@ class Bench:
                 inputs = inputs.copy()
                 there = self._elsewhere(place)[k][:, axis]
                 inputs[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
-            inputs_of_blocks.append(inputs[self.model.blocks[k].seen] if seen else inputs)
+            inputs_of_blocks.append(self.model.blocks[k].few(inputs) if seen else inputs)
         return inputs_of_blocks
 
     @cached_property

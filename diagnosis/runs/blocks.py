@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import PART, moving, sticking
-from flexhex.diagnosis.runs.smoothing import enough, hann_weights, thinned
+from flexhex.diagnosis.runs.smoothing import Few, enough, hann_weights
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -132,25 +132,14 @@ class Block:
         return self.smooth(self.run.motion.theta)
 
     @cached_property
-    def seen(self) -> NDArray[np.int64] | slice:
-        """Samples in windows, as many as a mean needs, in their order; a slice is no copy."""
-        places = np.unique(self.weights.indices[self.weights.data > 0])
-        gaps = not len(places) or np.ptp(places) >= len(places)
-        return places[:: self.every] if gaps else slice(places[0], places[-1] + 1, self.every)
-
-    @cached_property
-    def of_seen(self) -> csr_array:
-        """Weights (m, seen) of these samples."""
-        return thinned(self.weights, self.seen)
+    def few(self) -> Few:
+        """Samples in windows, as many as a mean needs."""
+        return Few.of(self.weights, self.every)
 
     def shows(self, axis: int, order: float) -> bool:
         """Whether a wave [1/rad, 1/m] has two of these samples where its axis is fastest."""
         step = np.abs(self.run.motion.thetad[:, axis]).max() * self.every * self.run.motion.ts
         return bool(order * step <= np.pi)
-
-    def smooth_seen(self, raw: Array) -> Array:
-        """`smooth` of these samples (seen, k)."""
-        return np.asarray(self.of_seen @ raw)
 
 
 def torque_rms(blocks: Sequence[Block]) -> Array:

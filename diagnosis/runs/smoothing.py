@@ -6,9 +6,11 @@ continuous time, at the same instants.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from flexhex.fmus.filter.equations import hann_window
 
@@ -51,8 +53,35 @@ def enough(window: float, ts: float) -> int:
     return max(int(window / SAMPLES / ts), 1)
 
 
-def thinned(weights: csr_array, kept: NDArray[np.int64] | slice) -> csr_array:
-    """Weights (m, kept) of some samples, rows of unit sum again; those without any stay so."""
-    some = csr_array(weights[:, kept])
-    sums = np.asarray(some.sum(axis=1)).ravel()
-    return csr_array(diags_array(1.0 / np.where(sums > 0, sums, 1.0)) @ some)
+@dataclass(frozen=True)
+class Few:
+    """Means of so many neighbours of the samples that lie in windows, in which noise counts no more
+    than in all samples; weights (m, few) of these means; places: of the samples, a slice where
+    there are no others between, as it is no copy."""
+
+    places: NDArray[np.int64] | slice
+    every: int
+    weights: csr_array
+
+    @staticmethod
+    def of(weights: csr_array, every: int) -> Few:
+        """weights (m, samples): of all."""
+        places = np.unique(weights.indices[weights.data > 0])
+        count, gaps = len(places), not len(places) or np.ptp(places) >= len(places)
+        shape, mean = (count, -(-count // every)), np.arange(count) // every
+        member = csr_array((np.ones(count), mean, np.arange(count + 1)), shape=shape)
+        some = places if gaps else slice(places[0], places[-1] + 1)
+        return Few(some, every, csr_array(weights[:, some] @ member))
+
+    def __call__(self, raw: Array) -> Array:
+        """These means (few, ...) of anything on the same clock (samples, ...)."""
+        some = raw[self.places]
+        if self.every == 1 or not len(some):
+            return some
+        starts = np.arange(0, len(some), self.every)
+        counts = np.diff(np.append(starts, len(some))).reshape(-1, *[1] * (raw.ndim - 1))
+        return np.asarray(np.add.reduceat(some, starts, axis=0) / counts)
+
+    def smooth(self, means: Array) -> Array:
+        """Windows (m, k) of means (few, k)."""
+        return np.asarray(self.weights @ means)

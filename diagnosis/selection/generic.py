@@ -108,7 +108,7 @@ def _normal(values: Sequence[Array]) -> list[Array]:
 def _along(rows: Rows, axis: int, places: int) -> list[Array]:
     """Hat functions (m, places) of the angle under the window: it may pass one within a window."""
     blocks = rows.model.blocks
-    angles = [block.run.motion.theta[block.seen, axis] for block in blocks]
+    angles = [block.few(block.run.motion.theta[:, axis]) for block in blocks]
     low, high = min(v.min() for v in angles), max(v.max() for v in angles)
     placed = []
     for block, angle in zip(blocks, angles, strict=True):
@@ -117,7 +117,7 @@ def _along(rows: Rows, axis: int, places: int) -> list[Array]:
         count, share = np.arange(len(at)), at - first
         pairs = np.concatenate([1 - share, share]), (np.tile(count, 2), np.r_[first, first + 1])
         hats = csr_array(pairs, shape=(len(at), places))
-        placed.append((block.of_seen @ hats).toarray())
+        placed.append((block.few.weights @ hats).toarray())
     return placed
 
 

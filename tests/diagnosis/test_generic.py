@@ -23,11 +23,11 @@ def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> No
     assert hypothesis.argument == "angle"
     blocks = rows.model.blocks
     angles = [block.run.motion.theta[:, 0] for block in blocks]
-    seen = [v[b.seen] for v, b in zip(angles, blocks, strict=True)]
+    seen = [b.few(v) for v, b in zip(angles, blocks, strict=True)]
     values = np.random.default_rng(1).normal(size=FINE)
     knots = np.linspace(min(v.min() for v in seen), max(v.max() for v in seen), FINE)
     smooth = rows.raw(
-        [b.smooth_seen(np.interp(v, knots, values)) for v, b in zip(seen, blocks, strict=True)]
+        [b.few.smooth(np.interp(v, knots, values)) for v, b in zip(seen, blocks, strict=True)]
     )
     assert hypothesis.raw @ values == pytest.approx(rows.torque_rms[0] * smooth, abs=1e-9)
     whole = rows.raw(

@@ -35,16 +35,24 @@ def test_third_of_the_samples_gives_the_same_mean(broken: bool, close: float) ->
     wave = np.sin(2 * np.pi * 60 * t + t**2)
     jump = np.sign(t - 1.2345)
     for signal, error in ((wave, close), (jump, 0.1)):
-        means = [b.smooth_seen(signal[b.seen]) for b in (whole, thin)]
+        means = [b.few.smooth(b.few(signal)) for b in (whole, thin)]
         np.testing.assert_allclose(*(own[whole.usable] for own in means), atol=error)
     assert whole.usable.sum() > 90
-    assert len(signal[thin.seen]) < 0.4 * len(signal[whole.seen])
+    assert len(thin.few(signal)) < 0.4 * len(whole.few(signal))
 
 
 def test_constant_stays_what_it_is() -> None:
     thin = block(3, np.ones(4000, dtype=bool))
-    ones = thin.smooth_seen(np.ones(4000)[thin.seen])
-    np.testing.assert_allclose(ones, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(thin.few.smooth(thin.few(np.ones(4000))), 1.0, rtol=1e-12)
+
+
+def test_noise_counts_no_more_than_in_all_samples() -> None:
+    """A column of an acceleration is made of noise where encoders are coarse."""
+    noise = np.random.default_rng(3).standard_normal(4000)
+    whole, thin = (block(every, np.ones(4000, dtype=bool)) for every in (1, 3))
+    means = [b.few.smooth(b.few(noise)) for b in (whole, thin)]
+    assert float(np.std(means[1])) == pytest.approx(float(np.std(means[0])), rel=0.02)
+    np.testing.assert_allclose(means[1], means[0], atol=0.2 * float(np.std(means[0])))
 
 
 def test_fast_waves_need_more_samples() -> None:
