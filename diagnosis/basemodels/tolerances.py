@@ -16,7 +16,8 @@ Known = TypeVar("Known", bound=BodyTolerance)
 
 class RobotTolerance(BodyTolerance):
     """How well a robot's file knows the robot: one standard deviation each. centre, geometry:
-    relative to the robot's mean link; gravity: of its direction, of the robot's foot [rad]."""
+    relative to the longest way between joints or to a centre; gravity: direction of the robot's
+    foot [rad]."""
 
     gravity: Annotated[float, quantity("1", ge=0, le=0.1)] = 0.002
 
