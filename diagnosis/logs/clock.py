@@ -6,6 +6,7 @@ t_k = t0 + k ts        k counts sample periods, also those that were not recorde
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import erfc, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ QUIET_JITTER = 2e-3
 """Jitter, relative to the period, that is not worth a word."""
 MOST_JITTER = 0.3
 """Beyond it a sample's place on an even clock is a guess."""
+AROUND = 9
+"""Samples on either side of a long step that tell whether one is missing there."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,10 @@ def _even(
     normal = follows & (steps < 1.5 * ts)
     ts = float(steps[normal].mean())
     uneven = np.abs(steps[normal] / ts - 1)
-    if np.sqrt((uneven**2).mean()) > MOST_JITTER * np.sqrt(2) or (uneven > 0.5).mean() > 0.01:
+    rms = float(np.sqrt((uneven**2).mean()))
+    # of stamps that jitter some steps are half a period off, of others many
+    far = max(0.01, 2 * erfc(0.5 / max(rms, 1e-9) / sqrt(2)))
+    if rms > MOST_JITTER * sqrt(2) or (uneven > 0.5).mean() > far:
         k = int(np.argmax(np.where(normal, np.abs(steps - ts), 0)))
         raise LogError(
             f"{where}: time is not evenly spaced: {steps[k]:.6g} s after sample {k + 1},"
@@ -182,10 +188,10 @@ def _even(
     long = ~follows | (steps > LONGEST_FILL + ts)
     count = np.maximum(np.rint(steps / ts), 1).astype(np.int64)
     if (uneven > 0.25).any() and not long.any():
-        count = _paired(steps / ts, count)
+        count = _missing(steps / ts, count)
     missed = (count > 1) & ~long
     count[long] = 2  # one invalid sample stands for what is skipped
-    jitter = float(np.sqrt((uneven**2).mean() / 2))
+    jitter = rms / sqrt(2)
     if missed.any():
         lost = int((count[missed] - 1).sum())
         k = int(np.argmax(missed))
@@ -196,9 +202,6 @@ def _even(
         k = int(gaps[0])
         text = f"{len(gaps)} long gaps, the first of {steps[k]:.4g} s at {t[k]:.6g} s: cut there"
         notes.append(Finding("break", where, text, True))
-    if jitter > QUIET_JITTER:
-        text = f"time jitters by {jitter * ts:.2g} s RMS around {ts:.6g} s: taken as even"
-        notes.append(Finding("jitter", where, text, False))
     place = np.concatenate([[0], np.cumsum(count)])
     cuts = np.flatnonzero(long)
     breaks = tuple((int(place[k + 1]), float(steps[k] - 2 * ts)) for k in cuts)
@@ -208,19 +211,24 @@ def _even(
         slope, t0 = (float(v) for v in np.polynomial.polynomial.polyfit(place, t, 1)[::-1])
         ts = slope if abs(slope - ts) > 1e-9 * ts else ts
         t0 = float(t[0]) if abs(t0 - t[0]) < 1e-6 * ts else t0
+    if jitter > QUIET_JITTER:
+        text = f"time jitters by {jitter * ts:.2g} s RMS around {ts:.6g} s: taken as even"
+        notes.append(Finding("jitter", where, text, False))
     sparse = None if whole == len(t) else place
     return Clock(t0, ts, keep, sparse, whole, breaks, jitter, tuple(notes))
 
 
-def _paired(steps: Array, count: Index) -> Index:
-    """Periods between neighbours where a late sample is followed or led by an early step.
+def _missing(steps: Array, count: Index) -> Index:
+    """Periods between neighbours where samples around say that none is missing: these would all be
+    a period early.
 
-    steps: in periods. Two steps that make two periods together hide no missing sample.
+    steps: in periods.
     """
     count = count.copy()
+    early = np.concatenate([[0.0], np.cumsum(steps - count)])
     for k in np.flatnonzero(count == 2):
-        for j in (k - 1, k + 1):
-            together = steps[k] + steps[j] if 0 <= j < len(steps) else np.inf
-            if together < 2.5 and count[k] == 2:
-                count[k] = 1
+        before, after = early[max(k + 1 - AROUND, 0) : k + 1], early[k + 1 : k + 1 + AROUND]
+        if np.median(after) - np.median(before) < -0.5:
+            count[k] = 1
+            early[k + 1 :] += 1.0
     return count
