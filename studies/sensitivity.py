@@ -62,7 +62,7 @@ ELSEWHERE = (
     ("regression.window", "NOISE"),
     ("regression.window", "SMALLEST_REPEATABLE"),
     ("jointfit.guard", "BENT"),
-    ("selection.orders", "PERIODS"),
+    ("hypotheses.scales", "PERIODS"),
     ("selection.orders", "SHOWN"),
     ("selection.orders", "OVERTONES"),
     ("selection.evidence", "INEXACT"),

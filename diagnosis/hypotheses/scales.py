@@ -21,18 +21,22 @@ USUAL_TIME = 200.0
 """Time [s] that the library's long time constants are around, from a tenth to ten times of it: of
 a shorter one all is over soon, a longer one is a straight line."""
 TURNS, RATE = "1/rad", "rad/s"
+PERIODS = 1.5
+"""Least periods of a wave over the stroke: fewer look like a spring."""
 
 
 @dataclass(frozen=True)
 class Scales:
     """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
-    what the library's sizes are for; places: mean angle of each axis; peaks: its largest torque;
+    what the library's sizes are for; places: mean angle of each axis; slowest: order of a wave that
+    has `PERIODS` over its stroke; peaks: its largest torque;
     usual: the larger of its RMS about the mean and its median magnitude [N m]; time: that the runs
     tell, relative to the library's; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
     places: tuple[float, ...]
+    slowest: tuple[float, ...]
     peaks: tuple[float, ...]
     usual: tuple[float, ...]
     time: float
@@ -44,6 +48,7 @@ class Scales:
         kinds, tiny = kinds_of(model.base, model.base.n), np.finfo(float).tiny
         theta = np.concatenate([b.run.motion.theta[b.run.valid] for b in model.blocks])
         places, angles = tuple(theta.mean(axis=0).tolist()), theta.std(axis=0)
+        slowest = tuple((2 * np.pi * PERIODS / np.maximum(np.ptp(theta, axis=0), tiny)).tolist())
         rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in model.blocks])
         speeds = np.sqrt((rates**2).mean(axis=0))
         ranges = []
@@ -60,7 +65,7 @@ class Scales:
         ]
         time = _power_of_two(max(float(max(ends)), tiny) / USUAL_TIME)
         known = {effect.id: effect for effect in effects}
-        return Scales(kinds, tuple(ranges), places, peaks, usual, time, known)
+        return Scales(kinds, tuple(ranges), places, slowest, peaks, usual, time, known)
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -111,6 +116,8 @@ class Scales:
             low, high, start, *grid = self._sized(s, axis, s.low, s.high, s.start, *s.grid)
             # an axis that passes such a share most of the time would not move as it does
             low = max(low, self.usual[axis]) if s.of_peak else low
+            # of a wave of which an axis sees a part it sees a spring
+            low = max(low, self.slowest[axis]) if s.unit == TURNS and not s.as_is else low
             # what is over soon is no drift
             low = max(low, grid[0]) if s.of_time else low
             within = tuple(value for value in grid if value >= low)

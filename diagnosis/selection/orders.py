@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 
+from flexhex.diagnosis.hypotheses.scales import PERIODS
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
-PERIODS, SHOWN = 1.5, 50
-"""Least periods over the stroke: fewer look like a spring. Places, each with a row that shows a
-wave, that are needed to tell it: the smoothing window averages a wave out where the axis is
-fast."""
+SHOWN = 50
+"""Places, each with a row that shows a wave, that are needed to tell it: the smoothing window
+averages a wave out where the axis is fast."""
 FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
 shortest period."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from math import log, pi, sqrt
 
 import numpy as np
@@ -18,6 +19,8 @@ Array = NDArray[np.float64]
 HALVINGS, FLAT = 16, 0.05
 """Of the distance between shapes of a grid, at most; difference of evidence [nats] below which a
 step is no more than a third of a standard deviation of the shape, as far as that is of noise."""
+TIED = 0.99
+"""Most of a correlation of two shapes that counts: of a larger one their widths say too little."""
 GOOD = 0.5
 """Part of the best evidence from which another peak of a grid may end higher."""
 
@@ -37,8 +40,28 @@ def refined(
     evidence = fits[None].evidence
     starts = [(effect.shapes[k], float(evidence[k])) for k in peaks(effect.shapes, evidence)]
     ends = [_uphill(moments, hypotheses, effect, start, error) for start in starts]
-    best, _, many = max(ends, key=lambda end: end[1])
-    return best, tried(moments, best), many
+    best, _, widths = max(ends, key=lambda end: end[1])
+    return best, tried(moments, best), _many(moments, hypotheses, best, widths)
+
+
+def _many(
+    moments: Moments,
+    hypotheses: Hypotheses,
+    effect: EffectHypothesis,
+    widths: Mapping[str, tuple[float, float]],
+) -> float:
+    """How many shapes as wide as the evidence, a bell's, there are between two of the grid, as a
+    logarithm. widths: standard deviation of each shape, the others held, and distance on the grid.
+    """
+    many = sum(log(far / (width * sqrt(2 * pi))) for width, far in widths.values())
+    for (a, (one, _)), (b, (other, _)) in combinations(widths.items(), 2):
+        now = effect.shapes[0]
+        ends = [{**now, a: now[a] + one, b: now[b] + way * other} for way in (1, -1)]
+        fits = tried(moments, hypotheses.shaped(effect, *ends), [None])[None].evidence
+        # what the one may make up for in the other is more of the same
+        tied = float(fits[1] - fits[0]) / 2 if np.isfinite(fits).all() else 0.0
+        many += log(1 - min(abs(tied), TIED) ** 2) / 2
+    return max(many, 0.0)
 
 
 def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
@@ -63,11 +86,10 @@ def _uphill(
     effect: EffectHypothesis,
     start: tuple[Mapping[str, float], float],
     error: float,
-) -> tuple[EffectHypothesis, float, float]:
-    """A shape and its evidence, from those of a start on, and how many shapes there are in its
-    place, as a logarithm: the distance on the grid by the width of the evidence, a bell's."""
+) -> tuple[EffectHypothesis, float, dict[str, tuple[float, float]]]:
+    """A shape and its evidence, from those of a start on, and `widths`, see `_many`."""
     (now, evidence), searched = start, hypotheses.searched(effect)
-    many = dict[str, float]()
+    widths = dict[str, tuple[float, float]]()
     for level in range(1, HALVINGS + 1):
         steep = False
         for shape in searched:
@@ -79,15 +101,16 @@ def _uphill(
             listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
             steep |= bool((np.abs(listed - evidence) > flat).any())
             fall = evidence - float(listed.mean())
-            if fall > flat:
+            if flat < fall < np.inf:
                 # a bell falls by x^2 / 2 in x standard deviations
-                many[name] = log(2**level * sqrt(fall / pi))
+                step = sqrt((below**2 + above**2) / 2) / 2**level
+                widths[name] = step / sqrt(2 * fall), min(below, above)
             higher = int(np.argmax(listed))
             if listed[higher] > evidence + FLAT:
                 now, evidence = beside[higher], float(listed[higher])
         if not steep:
             break
-    return hypotheses.shaped(effect, now), evidence, sum(max(m, 0.0) for m in many.values())
+    return hypotheses.shaped(effect, now), evidence, widths
 
 
 def ended(

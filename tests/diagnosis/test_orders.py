@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from flexhex.diagnosis.selection.orders import TRIED, Orders, promising_orders, smoothed, waves
 from flexhex.fmus.filter.equations import hann
+from tests.diagnosis.test_selection import bench_of
 
 STROKE, WINDOW = 10.0, 0.02
 
@@ -53,3 +55,13 @@ def test_few_places_show_no_wave() -> None:
     rows.angles, rows.rates = rows.angles[::200], rows.rates[::200]
     left = np.cos(3.0 * rows.angles[:, 0])
     assert promising_orders(waves(rows, 0), left, TRIED) == Orders((), 0, ())
+
+
+def test_orders_of_which_an_axis_sees_a_part_are_not_sought(tmp_path: Path) -> None:
+    """Nor does a search of the best order end there: what is less than a period and a half over the
+    stroke is a spring."""
+    bench = bench_of(tmp_path, None)
+    theta = np.concatenate([block.run.motion.theta for block in bench.model.blocks])
+    for name in ("cogging_harmonic", "torque_ripple"):
+        (order,) = bench.searched(name, 0)
+        assert order.low == pytest.approx(3 * np.pi / np.ptp(theta), rel=0.02)

@@ -131,7 +131,8 @@ def test_values_to_try_are_taken_as_they_stand(tmp_path: Path) -> None:
     file = tmp_path / "effect.py"
     file.write_text(FEW.format('shapes = (("a", "N m", (1, 2)),)', ", a", "a * axis.theta"))
     effect = own_effects([f"{file}:Mine"])["mine"]
-    scales = Scales((ROTARY,), ((8.0, 2.0, 2.0),), (0.0,), (30.0,), (8.0,), 1.0, {"mine": effect})
+    sizes, mine = ((8.0, 2.0, 2.0),), {"mine": effect}
+    scales = Scales((ROTARY,), sizes, (0.0,), (1.0,), (30.0,), (8.0,), 1.0, mine)
     assert scales.sized("mine", 0, {"a": 1.5}) == {"a": 1.5}
     assert (scales.ranges("mine", 0)["a"].low, scales.ranges("mine", 0)["a"].high) == (1.0, 2.0)
 

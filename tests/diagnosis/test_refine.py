@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from flexhex.diagnosis.selection import refine
 from flexhex.diagnosis.selection.choose import effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import mean_of, tried
@@ -95,3 +98,27 @@ def test_price_of_a_shape_is_what_there_are_beside_it(tmp_path: Path) -> None:
     ]
     evidence = tried(moments, hypotheses.shaped(cable, *fine), [None])[None].evidence
     assert score.price == pytest.approx(evidence.max() - mean_of(evidence), abs=0.7)
+
+
+@pytest.mark.parametrize("tied", [0.0, 0.8])
+def test_shapes_that_make_up_for_each_other_are_more_alike(
+    tied: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a grid 5 by 3 standard deviations apart, each with the other held; what no machine has
+    says nothing."""
+
+    def evidence(_: object, shapes: list[dict[str, float]], __: object) -> dict[None, Any]:
+        listed = [-(s["a"] ** 2 + s["b"] ** 2 + 2 * tied * s["a"] * s["b"]) / 2 for s in shapes]
+        return {None: SimpleNamespace(evidence=np.array(listed))}
+
+    def many() -> float:
+        effect = cast(Any, SimpleNamespace(shapes=[{"a": 0.0, "b": 0.0}]))
+        shaped = cast(Any, SimpleNamespace(shaped=lambda _, *shapes: list(shapes)))
+        found: float = refine._many(cast(Any, None), shaped, effect, {"a": (1, 5), "b": (1, 3)})
+        return found
+
+    monkeypatch.setattr(refine, "tried", evidence)
+    assert many() == pytest.approx(np.log(15 / (2 * np.pi) * np.sqrt(1 - tied**2)))
+    nothing = {None: SimpleNamespace(evidence=np.array([-np.inf, -1.0]))}
+    monkeypatch.setattr(refine, "tried", lambda *_: nothing)
+    assert many() == pytest.approx(np.log(15 / (2 * np.pi)))

@@ -13,5 +13,12 @@ def usual(effects: Mapping[str, Any]) -> Scales:
     """Axes that turn, of the torque and motion that the library's sizes are for."""
     inner = {name: item.effect for name, item in effects.items()}
     return Scales(
-        (ROTARY,) * 6, ((1.0, 1.0, 1.0),) * 6, (0.0,) * 6, (1.0,) * 6, (0.1,) * 6, 1.0, inner
+        (ROTARY,) * 6,
+        ((1.0, 1.0, 1.0),) * 6,
+        places=(0.0,) * 6,
+        slowest=(1.0,) * 6,
+        peaks=(1.0,) * 6,
+        usual=(0.1,) * 6,
+        time=1.0,
+        effects=inner,
     )

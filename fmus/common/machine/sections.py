@@ -102,7 +102,11 @@ class Bodies(Section):
 
 
 class Flexures(Section):
-    """Joint stiffness [N m/rad]: k_u (2,) universal bendings, k_s (2,) spherical twist, bending."""
+    """Joint stiffness [N m/rad]: k_u (2,) universal bendings, k_s (2,) spherical twist, bending.
+
+    It multiplies the deformations of [SH, Eq. (18)], half the antisymmetric part of the relative
+    rotation matrix: the sine of the angle where a joint turns about one axis.
+    """
 
     k_u: Annotated[Vector, quantity("N m/rad", 2, ge=0)]
     k_s: Annotated[Vector, quantity("N m/rad", 2, ge=0)]

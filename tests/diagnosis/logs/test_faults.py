@@ -111,24 +111,6 @@ def test_jitter_is_reported_and_loses_no_sample(tmp_path: Path) -> None:
         read_log(with_time(tmp_path / "a.csv", lambda t: np.sort(t + 20 * noise)))
 
 
-@pytest.mark.parametrize("share", [0.14, 0.17])
-def test_stamps_that_jitter_by_a_part_of_a_period_are_counted(share: float, tmp_path: Path) -> None:
-    """Two steps in a hundred are half a period off then, and no sample is lost or added."""
-    for seed in range(20):
-        noise = share * TS * np.random.default_rng(seed).standard_normal(4000)
-        log = read_log(with_time(tmp_path / "a.csv", lambda t, e=noise: np.sort(t + e)))
-        assert (len(log.theta), log.ts) == (4000, pytest.approx(TS, rel=1e-4))
-        assert log["theta"].valid.all()
-
-
-def test_sample_that_is_missing_between_stamps_that_jitter_is_one(tmp_path: Path) -> None:
-    noise = 0.1 * TS * np.random.default_rng(3).standard_normal(4000)
-    gap = np.where(np.arange(4000) > 2000, TS, 0.0)
-    log = read_log(with_time(tmp_path / "a.csv", lambda t: t + noise + gap))
-    assert len(log.theta) == 4001
-    assert np.flatnonzero(~log["theta"].valid).tolist() == [2001]
-
-
 def test_coarsely_written_time_is_counted(tmp_path: Path) -> None:
     log = read_log(with_time(tmp_path / "a.csv", lambda t: np.round(t, 3)))
     assert log.ts == pytest.approx(TS, rel=1e-4)

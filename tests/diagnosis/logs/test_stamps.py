@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.logs import read_log
-from tests.diagnosis.logs.test_faults import finding
+from tests.diagnosis.logs.test_faults import TS, finding, with_time
 from tests.diagnosis.synthetic import Array, plain_csv
 
 RATE = 93.0
@@ -132,3 +132,21 @@ def test_late_stamps_and_a_lost_sample_are_near_even_times(tmp_path: Path) -> No
     log = read_log(plain_csv(tmp_path / "a.csv", values))
     assert "taken as even" in finding(log, "jitter").text
     assert "1 samples were dropped" in finding(log, "gap").text
+
+
+@pytest.mark.parametrize("share", [0.14, 0.17])
+def test_stamps_that_jitter_by_a_part_of_a_period_are_counted(share: float, tmp_path: Path) -> None:
+    """Two steps in a hundred are half a period off then, and no sample is lost or added."""
+    for seed in range(20):
+        noise = share * TS * np.random.default_rng(seed).standard_normal(4000)
+        log = read_log(with_time(tmp_path / "a.csv", lambda t, e=noise: np.sort(t + e)))
+        assert (len(log.theta), log.ts) == (4000, pytest.approx(TS, rel=1e-4))
+        assert log["theta"].valid.all()
+
+
+def test_sample_that_is_missing_between_stamps_that_jitter_is_one(tmp_path: Path) -> None:
+    noise = 0.1 * TS * np.random.default_rng(3).standard_normal(4000)
+    gap = np.where(np.arange(4000) > 2000, TS, 0.0)
+    log = read_log(with_time(tmp_path / "a.csv", lambda t: t + noise + gap))
+    assert len(log.theta) == 4001
+    assert np.flatnonzero(~log["theta"].valid).tolist() == [2001]
