@@ -54,9 +54,10 @@ def _many(
     logarithm. widths: standard deviation of each shape, the others held, and distance on the grid.
     """
     many = sum(log(far / (width * sqrt(2 * pi))) for width, far in widths.values())
+    ranges, now = {s.name: (s.low, s.high) for s in hypotheses.searched(effect)}, effect.shapes[0]
     for (a, (one, _)), (b, (other, _)) in combinations(widths.items(), 2):
-        now = effect.shapes[0]
-        ends = [{**now, a: now[a] + one, b: now[b] + way * other} for way in (1, -1)]
+        places = [{a: now[a] + one, b: now[b] + way * other} for way in (1, -1)]
+        ends = [{**now, **{n: float(np.clip(v, *ranges[n])) for n, v in p.items()}} for p in places]
         fits = tried(moments, hypotheses.shaped(effect, *ends), [None])[None].evidence
         # what the one may make up for in the other is more of the same
         tied = float(fits[1] - fits[0]) / 2 if np.isfinite(fits).all() else 0.0

@@ -113,7 +113,9 @@ def test_shapes_that_make_up_for_each_other_are_more_alike(
 
     def many() -> float:
         effect = cast(Any, SimpleNamespace(shapes=[{"a": 0.0, "b": 0.0}]))
-        shaped = cast(Any, SimpleNamespace(shaped=lambda _, *shapes: list(shapes)))
+        free = [SimpleNamespace(name=name, low=-9.0, high=9.0) for name in "ab"]
+        of: dict[str, Any] = {"shaped": lambda _, *s: list(s), "searched": lambda _: free}
+        shaped = cast(Any, SimpleNamespace(**of))
         found: float = refine._many(cast(Any, None), shaped, effect, {"a": (1, 5), "b": (1, 3)})
         return found
 
