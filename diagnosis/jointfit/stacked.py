@@ -121,7 +121,8 @@ def _reach(bench: Bench, part: Part, name: str) -> float:
 def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: Array) -> Array:
     """Change of an effect's torque with a shape, one-sided at the shape's bounds."""
     shape = bench.scales.ranges(part.id, part.axis or 0)[name]
-    value = part.shape[name]
+    # bounds are those of the runs that are fitted, not of those in which it was found
+    value = float(np.clip(part.shape[name], shape.low, shape.high))
     step = 1e-3 * (abs(value) + 1e-3 * (max(shape.grid) - min(shape.grid)))
     ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
     sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: end}) for end in ends]

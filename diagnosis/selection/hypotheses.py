@@ -105,9 +105,10 @@ class Hypotheses:
         if waves := fundamentals(orders):
             key = name, axis, repr(waves)
             if key not in self._anew:
-                shapes = [{ORDER[0]: k * o} for o in waves for k in range(1, OVERTONES + 1)]
-                self._anew[key] = self._hypothesis(name, axis, shapes)
-            hypotheses.append(self._anew[key])
+                every = [{ORDER[0]: k * o} for o in waves for k in range(1, OVERTONES + 1)]
+                seen = [s for s in every if self.bench.scales.possible(name, axis, s)]
+                self._anew[key] = self._hypothesis(name, axis, seen)
+            hypotheses += [self._anew[key]] if self._anew[key].shapes else []
         return hypotheses
 
     def _waves(self, name: str, axis: int, listed: Orders) -> EffectHypothesis:

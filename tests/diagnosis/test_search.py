@@ -208,3 +208,15 @@ def test_rows_that_show_no_wave_ask_for_none(
     assert [effect.id for effect in blind.effects(0)] == [a for a in requests if a not in waves]
     (other, *_) = (e for e in candidates.effects(0) if e.id == "cogging_harmonic")
     assert blind.anew(candidates.moments, other, "something", []) == []
+
+
+def test_wave_of_another_axis_is_not_tried_where_too_little_of_it_is_seen(tmp_path: Path) -> None:
+    """Its whole multiples are, as soon as they fit into the stroke."""
+    bench = bench_of(tmp_path, None)
+    candidates = Hypotheses(bench, Rows.of(bench.model))
+    (wave,) = (e for e in candidates.effects(0) if e.id == "cogging_harmonic")
+    (shape,) = bench.searched("cogging_harmonic", 0)
+    (tried,) = candidates.anew(candidates.moments, wave, "", [0.6 * shape.low])
+    orders = [own["order"] / shape.low for own in tried.shapes]
+    assert orders == pytest.approx([1.2, 1.8, 2.4, 3.0])
+    assert candidates.anew(candidates.moments, wave, "", [0.1 * shape.low]) == []
