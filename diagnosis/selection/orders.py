@@ -20,8 +20,8 @@ averages a wave out where the axis is fast."""
 FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
 shortest period."""
-TRIED, ANEW = 120, 24
-"""Orders that are tried in full, at first and beside each effect that was found."""
+TRIED, ANEW = 30, 8
+"""Peaks that are tried in full, at first and beside each effect that was found."""
 HARMONIC, OVERTONES = 0.05, 5
 """Distance from a whole multiple of another order within which one is its harmonic; the highest
 multiple that is tried of a wave that was found, on any axis."""
@@ -105,18 +105,20 @@ def waves(rows: Rows, axis: int) -> Waves:
 
 
 def promising_orders(shown: Waves, left: Array, most: int) -> Orders:
-    """The orders, at most so many, with the largest amplitude in what a model leaves of an axis'
-    torque, left (R,)."""
+    """The orders at which what a model leaves of an axis' torque, left (R,), has its largest peaks,
+    at most so many, and those beside them."""
     orders, clear = shown.orders, np.zeros(len(shown.orders))
     for own in shown.octaves:
         count, here = len(own.filled), slice(own.first, own.end)
         level = np.bincount(own.bins, own.shares * left, count) / np.maximum(own.filled, 1.0)
         clear[here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
     there = np.flatnonzero(clear)
-    best = np.sort(there[np.argsort(-clear[there])[:most]])
-    around = np.maximum(clear[best - 1], np.append(clear, 0.0)[best + 1])
-    peaks = np.flatnonzero(clear[best] >= around)
-    return Orders(tuple(orders[best].tolist()), -(-len(there) // FINER), tuple(peaks.tolist()))
+    around = np.maximum(clear[there - 1], np.append(clear, 0.0)[there + 1])
+    peaks = there[clear[there] >= around]
+    peaks = peaks[np.argsort(-clear[peaks])[:most]]
+    best = np.intersect1d(np.concatenate([peaks - 1, peaks, peaks + 1]), there)
+    first = np.flatnonzero(np.isin(best, peaks))
+    return Orders(tuple(orders[best].tolist()), -(-len(there) // FINER), tuple(first.tolist()))
 
 
 def smoothed(periods: Array) -> Array:

@@ -30,15 +30,16 @@ def swept(share: float) -> Any:
     ids=["slow", "some", "few", "fast"],
 )
 def test_wave_is_tried_where_slow_rows_show_it(share: float, shown: bool) -> None:
-    """At 20 rad/s the window averages 6 of its periods, and nothing but noise is left."""
+    """At 20 rad/s the window averages 6 of its periods, and nothing but noise is left. What is slow
+    on a part of the stroke alone tells orders apart as that part does."""
     rows, order = swept(share), 100.0
     angle, rate = rows.angles[:, 0], rows.rates[:, 0]
     passing = smoothed(order * rate * WINDOW / (2 * np.pi))
     left = passing * np.cos(order * angle) + 0.02 * np.random.default_rng(1).normal(size=len(angle))
     orders = promising_orders(waves(rows, 0), left, TRIED).orders
     nearest = min(abs(order - 100.0) for order in orders)
-    # half the spacing of points, which are four in what the stroke tells apart
-    assert (nearest <= np.pi / STROKE / 4) == shown
+    # half the spacing of points, which are four in what the slow part tells apart
+    assert (nearest <= np.pi / (STROKE * (share or 1.0)) / 4) == shown
 
 
 def test_share_that_a_window_leaves_is_its_transform() -> None:
