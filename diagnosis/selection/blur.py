@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
-from flexhex.diagnosis.selection.form import space_of_errors
+from flexhex.diagnosis.selection.form import Space, space_of_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments, Term
@@ -73,10 +73,7 @@ class Blur:
         square = float(torque @ torque)
         if square == 0:
             return 1.0
-        shares = [
-            (left, float(((space.T @ torque) ** 2).sum()) / square)
-            for left, space in self._spaces(axis)
-        ]
+        shares = [(left, space.square(torque) / square) for left, space in self._spaces(axis)]
         shares += [
             (_left(known, self.criteria), 1.0)
             for known, both in self.known
@@ -84,9 +81,9 @@ class Blur:
         ]
         return sum(left * share for left, share in shares) / sum(left for left, _ in shares)
 
-    def _spaces(self, axis: int) -> Sequence[tuple[float, Array]]:
+    def _spaces(self, axis: int) -> Sequence[tuple[float, Space]]:
         if axis not in self._made:
-            listed = list[tuple[float, Array]]()
+            listed = list[tuple[float, Space]]()
             for score, both in self._own(axis):
                 torques = _torques(self.plain(), self.hypotheses, score, both[0])
                 space = space_of_errors(self.hypotheses.rows, axis, *torques)
@@ -95,7 +92,7 @@ class Blur:
         return self._made[axis]
 
     @cached_property
-    def _made(self) -> dict[int, Sequence[tuple[float, Array]]]:
+    def _made(self) -> dict[int, Sequence[tuple[float, Space]]]:
         """Spaces of errors that were asked for."""
         return {}
 

@@ -13,6 +13,7 @@ is no evidence for another effect.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,24 +94,42 @@ def _size(moments: Moments, term: Term, error: Term) -> float:
     return float(np.linalg.norm(moments.sizes(wrong))) / torque if torque > 0 else 0.0
 
 
-def space_of_errors(rows: Rows, axis: int, torque: Array, others: Sequence[Array] = ()) -> Array:
-    """Columns (R, k), see `span`, of all errors of the form of a torque (R,) of an axis, smooth or
-    not, of what it leaves behind for a while, and of `others` that it may be a part of."""
+@dataclass(frozen=True)
+class Space:
+    """All combinations of columns (R, k); sizes (k,) of these, factor (k, k): the lower Cholesky
+    factor of their products, each of size one."""
+
+    columns: Array
+    sizes: Array
+    factor: Array
+
+    @staticmethod
+    def of(columns: Array) -> Space:
+        """Products of the columns tell it, as singular values take ten times as long."""
+        products = columns.T @ columns
+        sizes = np.sqrt(np.diag(products))
+        there = sizes > 0
+        sizes = sizes[there]
+        products = products[np.ix_(there, there)] / np.outer(sizes, sizes)
+        factor = cholesky(products + ALIKE * np.eye(len(sizes)), lower=True)
+        return Space(columns[:, there], sizes, factor)
+
+    def square(self, values: Array) -> float:
+        """Of the square of values (R,), the part in this space; less of it in directions in which
+        the columns hardly say anything of their own."""
+        along = (self.columns.T @ values) / self.sizes
+        part = solve_triangular(self.factor, along, lower=True)
+        return float(part @ part)
+
+
+def space_of_errors(rows: Rows, axis: int, torque: Array, others: Sequence[Array] = ()) -> Space:
+    """All errors of the form of a torque (R,) of an axis, smooth or not, what it leaves behind for
+    a while, and `others` that it may be a part of."""
     errors = _errors(rows, torque, np.hstack(hats(rows, axis, LOADED, MANY)))
     seen = np.stack([torque, errors[:, -1]], axis=1)
     ts, window = rows.model.spacing, rows.model.base.window
     late = np.concatenate([remembered(seen[run], ts, window) for run in rows.runs])
-    return span(np.column_stack([errors, late, *others]))
-
-
-def span(columns: Array) -> Array:
-    """Columns (R, k) of the same space, orthonormal but for directions in which these hardly say
-    anything of their own, which are shorter: by products of the columns, as singular values take
-    ten times as long."""
-    sizes = np.sqrt((columns**2).sum(axis=0))
-    columns = columns[:, sizes > 0] / sizes[sizes > 0]
-    products = columns.T @ columns + ALIKE * np.eye(columns.shape[1])
-    return np.asarray(solve_triangular(cholesky(products, lower=True), columns.T, lower=True).T)
+    return Space.of(np.column_stack([errors, late, *others]))
 
 
 def mean_error(relative: float) -> float:

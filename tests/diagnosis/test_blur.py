@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_triangular
 
 from flexhex.diagnosis.selection.blur import Blur
 from flexhex.diagnosis.selection.choose import effect_scores
@@ -29,11 +30,12 @@ def test_errors_of_friction_turn_over_with_it(tmp_path: Path) -> None:
     dry = np.tanh(rate / 0.05)
     space = space_of_errors(rows, 0, dry)
     # no direction counts twice, and that of the torque itself counts whole
-    assert np.linalg.eigvalsh(space.T @ space).max() < 1 + 1e-9
-    assert ((space.T @ dry) ** 2).sum() == pytest.approx(dry @ dry, rel=1e-6)
+    basis = solve_triangular(space.factor, (space.columns / space.sizes).T, lower=True).T
+    assert np.linalg.eigvalsh(basis.T @ basis).max() < 1 + 1e-9
+    assert space.square(dry) == pytest.approx(dry @ dry, rel=1e-6)
 
     def share(torque: Array) -> float:
-        return float(((space.T @ torque) ** 2).sum() / (torque @ torque))
+        return space.square(torque) / float(torque @ torque)
 
     late = np.concatenate([np.gradient(dry[run]) for run in rows.runs])
     for error in (dry * np.sin(9.0 * angle), dry * np.exp(-((rate / 0.5) ** 2)), late):
