@@ -39,7 +39,7 @@ class Bench:
         self.model, self.n, self.across = model, model.base.n, across
         self.effects = {c.effect.id: c for c in effects}
         self._signals: dict[bool, list[Array]] = {}
-        self._kept: dict[tuple[int, bool, str, bool, bool], list[Array]] = {}
+        self._kept: dict[tuple[int, bool, str, int | None, bool], list[Array]] = {}
         self._halves: dict[tuple[object, ...], list[tuple[Array, Array]]] = {}
         self._shapes: dict[tuple[str, int], list[dict[str, float]]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
@@ -151,15 +151,15 @@ class Bench:
     def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         blocks, order = self.model.blocks, shape.get("order", 0.0)
-        thin = all(block.shows(axis, order) for block in blocks)
-        listed = self._inputs(item, axis, seen=thin)
+        halvings = max(block.halvings(axis, order) for block in blocks)
+        listed = self._inputs(item, axis, halvings)
         states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
             runs, signals = [b.run for b in blocks], self._followed(item, axis)
             whole = states_of(item, shape, axis, runs, signals, self.across, self.model.base.window)
-            states = [b.few(z) if thin else z for z, b in zip(whole, blocks, strict=True)]
+            states = [b.fewer(halvings)(z) for z, b in zip(whole, blocks, strict=True)]
         return [
-            (block.few if thin else block).smooth(item.columns(x, z, alike(fixed, len(x)))[0])
+            block.fewer(halvings).smooth(item.columns(x, z, alike(fixed, len(x)))[0])
             for block, x, z in zip(blocks, listed, states, strict=True)
         ]
 
@@ -182,7 +182,7 @@ class Bench:
         item, step = self.effects[name], STEP * float(self.model.torque_rms[axis])
         fixed = np.array([shape[s.name] for s in item.effect.shapes])
         shares = []
-        pairs = zip(self.model.blocks, self._inputs(item, axis, seen=True), strict=True)
+        pairs = zip(self.model.blocks, self._inputs(item, axis, 0), strict=True)
         for block, inputs in pairs:
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
@@ -191,13 +191,13 @@ class Bench:
             shares.append(block.few.smooth((above - below)[:, 0] / (2 * step)))
         return shares
 
-    def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
+    def _inputs(self, item: Compiled, axis: int, halvings: int | None = None) -> list[Array]:
         """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
-        the torque is the one that it acts on. seen: of the samples that lie in any window."""
+        the torque is the one that it acts on. halvings: of the samples of `Block.fewer`."""
         effect = item.effect
         place = "drive" if effect.entered else "link" if effect.geared else ""
         # a torque takes longest to make: what does not go with it does without, until it is there
-        kind = axis, item.alone, place, seen, not item.moved or True in self._signals
+        kind = axis, item.alone, place, halvings, not item.moved or True in self._signals
         if kind not in self._kept:
             self._kept[kind] = self._signals_of(*kind)
             others = [other for other in self._kept if other[0] != axis]
@@ -216,7 +216,7 @@ class Bench:
         return self._halves[kind]
 
     def _signals_of(
-        self, axis: int, alone: bool, place: str, seen: bool, torques: bool
+        self, axis: int, alone: bool, place: str, halvings: int | None, torques: bool
     ) -> list[Array]:
         if torques not in self._signals:
             self._signals = {torques: signals_of(self.model, self.across, torques)}
@@ -228,7 +228,8 @@ class Bench:
                 inputs = inputs.copy()
                 there = self._elsewhere(place)[k][:, axis]
                 inputs[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
-            inputs_of_blocks.append(self.model.blocks[k].few(inputs) if seen else inputs)
+            few = None if halvings is None else self.model.blocks[k].fewer(halvings)
+            inputs_of_blocks.append(inputs if few is None else few(inputs))
         return inputs_of_blocks
 
     @cached_property

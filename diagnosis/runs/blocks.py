@@ -99,12 +99,10 @@ class Made:
 
 @dataclass(frozen=True)
 class Block:
-    """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
-
-    weights (m, samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where
-    each axis does not rest; every: one of so many samples is enough for columns of effects that
-    have no faster waves. drift: torque (m, n) [N m] that changes from run to run and is taken off.
-    """
+    """A run at its instants: at (m,) [s] shared with the other passes, usable (m,); weights (m,
+    samples) of the joints' clock; linear: smoothed base columns; moves (m, n): where each axis does
+    not rest; every: one of so many samples is enough for columns of effects that have no faster
+    waves; drift: torque (m, n) [N m] that changes from run to run and is taken off."""
 
     run: Run
     at: Array
@@ -115,6 +113,7 @@ class Block:
     every: int = 1
     drift: Array | None = None
     made: Made = field(default_factory=Made, init=False, compare=False)
+    _fewer: dict[int, Few] = field(default_factory=dict, init=False, compare=False)
 
     @property
     def judged(self) -> Mask:
@@ -131,15 +130,27 @@ class Block:
         """Smoothed angles (m, n)."""
         return self.smooth(self.run.motion.theta)
 
-    @cached_property
+    @property
     def few(self) -> Few:
         """Samples in windows, as many as a mean needs."""
-        return Few.of(self.weights, self.every)
+        return self.fewer(0)
 
-    def shows(self, axis: int, order: float) -> bool:
-        """Whether a wave [1/rad, 1/m] has two of these samples where its axis is fastest."""
-        step = np.abs(self.run.motion.thetad[:, axis]).max() * self.every * self.run.motion.ts
-        return bool(order * step <= np.pi)
+    def fewer(self, halvings: int) -> Few:
+        """`few`, twice as many samples for each halving."""
+        if halvings not in self._fewer:
+            self._fewer[halvings] = Few.of(self.weights, max(self.every >> halvings, 1))
+        return self._fewer[halvings]
+
+    def halvings(self, axis: int, order: float) -> int:
+        """How many until a wave [1/rad, 1/m] has two samples where its axis is fastest, or all."""
+        step, halvings = order * self._fastest[axis] * self.run.motion.ts, 0
+        while (every := self.every >> halvings) > 1 and step * every > np.pi:
+            halvings += 1
+        return halvings
+
+    @cached_property
+    def _fastest(self) -> Array:
+        return np.asarray(np.abs(self.run.motion.thetad).max(axis=0))
 
 
 def torque_rms(blocks: Sequence[Block]) -> Array:

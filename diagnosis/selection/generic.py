@@ -108,16 +108,21 @@ def _normal(values: Sequence[Array]) -> list[Array]:
 def _along(rows: Rows, axis: int, places: int) -> list[Array]:
     """Hat functions (m, places) of the angle under the window: it may pass one within a window."""
     blocks = rows.model.blocks
-    angles = [block.few(block.run.motion.theta[:, axis]) for block in blocks]
-    low, high = min(v.min() for v in angles), max(v.max() for v in angles)
+    ends = [(v.min(), v.max()) for v in (b.few(b.run.motion.theta[:, axis]) for b in blocks)]
+    low, high = min(v for v, _ in ends), max(v for _, v in ends)
+    # what changes from place to place is a wave of two of them
+    order = np.pi * (places - 1) / max(high - low, np.finfo(float).tiny)
+    halvings = max(block.halvings(axis, order) for block in blocks)
     placed = []
-    for block, angle in zip(blocks, angles, strict=True):
+    for block in blocks:
+        few = block.fewer(halvings)
+        angle = np.clip(few(block.run.motion.theta[:, axis]), low, high)
         at = (angle - low) / max(high - low, np.finfo(float).tiny) * (places - 1)
         first = np.clip(np.floor(at).astype(int), 0, places - 2)
         count, share = np.arange(len(at)), at - first
         pairs = np.concatenate([1 - share, share]), (np.tile(count, 2), np.r_[first, first + 1])
         hats = csr_array(pairs, shape=(len(at), places))
-        placed.append((block.few.weights @ hats).toarray())
+        placed.append((few.weights @ hats).toarray())
     return placed
 
 

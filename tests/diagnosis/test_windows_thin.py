@@ -56,12 +56,22 @@ def test_noise_counts_no_more_than_in_all_samples() -> None:
 
 
 def test_fast_waves_need_more_samples() -> None:
-    """At 2 rad/s a sample every 3 ms is two of each wave of 523 rad^-1."""
-    thin = block(3, np.ones(4000, dtype=bool))
+    """At 2 rad/s a sample every 8 ms is two of each wave of 196 rad^-1."""
     turning: Any = SimpleNamespace(motion=SimpleNamespace(thetad=np.array([[0.1], [-2.0]]), ts=TS))
-    seen = replace(thin, run=turning)
-    assert [seen.shows(0, order) for order in (0.0, 520.0, 527.0)] == [True, True, False]
+    thin = replace(block(8, np.ones(4000, dtype=bool)), run=turning)
+    orders = (0.0, 195.0, 197.0, 392.0, 394.0, 784.0, 786.0, 1e5)
+    assert [thin.halvings(0, order) for order in orders] == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert [thin.fewer(halvings).every for halvings in range(4)] == [8, 4, 2, 1]
+
+
+def test_mean_of_neighbours_ends_at_a_gap() -> None:
+    """What lies on the other side was measured elsewhere."""
+    valid = np.ones(4000, dtype=bool)
+    valid[2001:2100] = False
+    thin = block(8, valid).few
+    sides = np.where(np.arange(4000) < 2050, 0.0, 1.0)
+    assert set(thin(sides).tolist()) == {0.0, 1.0}
 
 
 def test_samples_of_a_window() -> None:
-    assert [enough(window, TS) for window in (0.01, WINDOW, 0.5)] == [1, 3, 20]
+    assert [enough(window, TS) for window in (0.01, WINDOW, 0.5)] == [1, 6, 41]
