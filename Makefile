@@ -83,6 +83,7 @@ $(SITE): requirements-docs.lock $(READY)
 
 docs: build $(SITE)
 	$(BIN)/python docs/machine_reference.py
+	$(BIN)/python docs/effects_reference.py
 	$(BIN)/python docs/draw_frames.py
 	$(BIN)/python docs/draw_lengths.py
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs

@@ -5,9 +5,10 @@ Each command is in `<command>/command.py` and imports what it needs when it is c
 
 from __future__ import annotations
 
+import json
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -112,14 +113,20 @@ def main() -> None:
     except FlexhexError as error:
         if os.environ.get("FLEXHEX_DEBUG"):
             raise
-        print(f"flexhex: {error}", file=sys.stderr)
-        sys.exit(error.exit_code)
+        _end(str(error), error.exit_code)
     except OSError as error:
         if os.environ.get("FLEXHEX_DEBUG"):
             raise
         why = _WRONG_KIND.get(type(error), str(error.strerror or error))
-        print(f"flexhex: {error.filename or 'file'}: {why}", file=sys.stderr)
-        sys.exit(3)
+        _end(f"{error.filename or 'file'}: {why}", 3)
+
+
+def _end(error: str, code: int) -> NoReturn:
+    """Say what is wrong and leave; with `--json` also on stdout, for programs that read it there."""
+    print(f"flexhex: {error}", file=sys.stderr)
+    if "--json" in sys.argv:
+        print(json.dumps({"error": error, "exit": code}, ensure_ascii=False))
+    sys.exit(code)
 
 
 if __name__ == "__main__":

@@ -72,6 +72,8 @@ def test_generated_pages_and_drawings_are_up_to_date() -> None:
     """`make docs` writes them anew."""
     reference = script("machine_reference").text()
     assert (DOCS / "machine-file.md").read_text(encoding="utf-8") == reference
+    effects = script("effects_reference").text()
+    assert (DOCS / "effects.md").read_text(encoding="utf-8") == effects
     drawn = script("draw_frames").drawing(load_machine(MACHINE_FILE))
     assert (DOCS / "frames.svg").read_text(encoding="utf-8") == drawn
     lengths = script("draw_lengths").drawing()

@@ -83,8 +83,9 @@ def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
 
 def faint_parts(fit: Joint, places: Collection[int]) -> list[str]:
     """A sentence on each part of a fit, at these places, that is too faint for a name."""
-    why = "too little for a name, or an error in the form of what is named there; intervals hold"
-    return [f"{_in_words(fit, k)}: {why} with it and without it" for k in sorted(places)]
+    why = "in the fit, but too faint for a name; it may be an error in the form of what is named"
+    ends = "there; intervals hold with it and without it"
+    return [f"{_in_words(fit, k)}: {why} {ends}" for k in sorted(places)]
 
 
 def _in_words(fit: Joint, k: int) -> str:

@@ -96,6 +96,22 @@ def test_mistake_ends_the_process_without_a_traceback(tmp_path: Path) -> None:
     assert re.fullmatch(f"flexhex: {message}.*\n", done.stderr), done.stderr
 
 
+def test_mistake_is_json_where_that_was_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A program that reads stdout learns there what is wrong."""
+    missing = tmp_path / "a.csv"
+    words = ["flexhex", "diagnose", str(missing), "--base", "axis", "--json"]
+    monkeypatch.setattr(sys, "argv", words)
+    with pytest.raises(SystemExit) as exit:
+        cli.main()
+    stdout, stderr = capsys.readouterr()
+    said = json.loads(stdout)
+    assert said == {"error": stderr.splitlines()[-1].removeprefix("flexhex: "), "exit": 3}
+    assert exit.value.code == 3
+    assert str(missing) in said["error"]
+
+
 THREADS = """
 import os, sys
 from flexhex import cli

@@ -28,7 +28,16 @@ class CrossCoupling(Effect):
     gains = (Gain("C", "N m", 0.005, -1e5, 1e5, "torque per SI unit of the source's motion"),)
     shapes = (
         Shape("source", "1", 1.0, 6.0, 1.0, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "axis", whole=True),
-        Shape("kind", "1", 0.0, 3.0, 3.0, (0.0, 1.0, 2.0, 3.0), "0..3, see there", whole=True),
+        Shape(
+            "kind",
+            "1",
+            0.0,
+            3.0,
+            3.0,
+            (0.0, 1.0, 2.0, 3.0),
+            "0: its angle, 1: rate, 2: acceleration, 3: torque",
+            whole=True,
+        ),
     )
     most = 6
     excites = "each axis moving alone while the others hold"

@@ -82,7 +82,7 @@ class StribeckFriction(DryFriction):
     varied = True
     gains = (
         Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque when fast"),
-        Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque beyond it", below=("F_c", 2.0)),
+        Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque less F_c", below=("F_c", 2.0)),
     )
     shapes = (
         PRESLIDING,
