@@ -14,12 +14,14 @@ from flexhex.fmus.common.effects import Effect, library
 HERE = Path(__file__).resolve().parent
 HEAD = """# Effects
 All effects that the diagnosis searches, and that a machine file, the plant, the feedforward and the
-estimator may have. `docs/effects_reference.py` writes this page from the library; how to add one of your
-own, and how each works, stand in [`fmus/common/effects/README.md`](../fmus/common/effects/README.md).
+estimator may have. `docs/effects_reference.py` writes this page from the library. How each works,
+and how to add one of your own, stands in
+[`fmus/common/effects/README.md`](../fmus/common/effects/README.md).
 
-θ, its rate and its acceleration are `theta`, `thetad`, `thetadd`; τ is `tau`, the torque that the drive
-reports. Units are those of a rotary axis: on a linear one read m for rad, N for N m, kg for kg m2. *Shape*:
-a parameter that is not linear. What looks alike in your runs is told apart by the motion in the third column.
+θ, its rate and its acceleration are `theta`, `thetad`, `thetadd`; τ is `tau`, the torque that the
+drive reports. Units are those of a rotary axis: on a linear one read m for rad, N for N m, kg for
+kg m2. *Shape*: a parameter that is not linear. What looks alike in your runs is told apart by the
+motion in the third column.
 """
 GROUPS = {
     "torque": "The joint needs this torque more",

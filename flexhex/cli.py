@@ -122,7 +122,7 @@ def main() -> None:
 
 
 def _end(error: str, code: int) -> NoReturn:
-    """Say what is wrong and leave; with `--json` also on stdout, for programs that read it there."""
+    """Say what is wrong and leave; with `--json` on stdout, too, where programs read."""
     print(f"flexhex: {error}", file=sys.stderr)
     if "--json" in sys.argv:
         print(json.dumps({"error": error, "exit": code}, ensure_ascii=False))
