@@ -21,8 +21,8 @@ USUAL_TIME = 200.0
 """Time [s] that the library's long time constants are around, from a tenth to ten times of it: of
 a shorter one all is over soon, a longer one is a straight line."""
 TURNS, RATE = "1/rad", "rad/s"
-PERIODS = 1.5
-"""Least periods of a wave over the stroke: fewer look like a spring."""
+PERIODS = 1.0
+"""Least periods of a wave over the stroke: of a part of one an axis sees a spring."""
 
 
 @dataclass(frozen=True)

@@ -59,10 +59,10 @@ def test_few_places_show_no_wave() -> None:
 
 
 def test_orders_of_which_an_axis_sees_a_part_are_not_sought(tmp_path: Path) -> None:
-    """Nor does a search of the best order end there: what is less than a period and a half over the
-    stroke is a spring."""
+    """Nor does a search of the best order end there: what is less than a period over the stroke is
+    a spring."""
     bench = bench_of(tmp_path, None)
     theta = np.concatenate([block.run.motion.theta for block in bench.model.blocks])
     for name in ("cogging_harmonic", "torque_ripple"):
         (order,) = bench.searched(name, 0)
-        assert order.low == pytest.approx(3 * np.pi / np.ptp(theta), rel=0.02)
+        assert order.low == pytest.approx(2 * np.pi / np.ptp(theta), rel=0.02)
