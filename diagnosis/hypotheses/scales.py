@@ -48,7 +48,8 @@ class Scales:
         kinds, tiny = kinds_of(model.base, model.base.n), np.finfo(float).tiny
         theta = np.concatenate([b.run.motion.theta[b.run.valid] for b in model.blocks])
         places, angles = tuple(theta.mean(axis=0).tolist()), theta.std(axis=0)
-        slowest = tuple((2 * np.pi * PERIODS / np.maximum(np.ptp(theta, axis=0), tiny)).tolist())
+        stroke = np.maximum(np.ptp(theta, axis=0), 2 * np.pi * tiny)
+        slowest = tuple((2 * np.pi * PERIODS / stroke).tolist())
         rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in model.blocks])
         speeds = np.sqrt((rates**2).mean(axis=0))
         ranges = []

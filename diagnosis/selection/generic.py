@@ -111,7 +111,7 @@ def _along(rows: Rows, axis: int, places: int) -> list[Array]:
     ends = [(v.min(), v.max()) for v in (b.few(b.run.motion.theta[:, axis]) for b in blocks)]
     low, high = min(v for v, _ in ends), max(v for _, v in ends)
     # what changes from place to place is a wave of two of them
-    order = np.pi * (places - 1) / max(high - low, np.finfo(float).tiny)
+    order = np.pi * (places - 1) / (high - low) if high > low else 0.0
     halvings = max(block.halvings(axis, order) for block in blocks)
     placed = []
     for block in blocks:

@@ -25,7 +25,7 @@ def sizes(effect: Named) -> str:
     amounts = {name: _all(effect, name) for name in main}
     amounts = {name: values for name, values in amounts.items() if values}
     text = _amounts(list(amounts.values()), len(effect.axes) < 2)
-    return f"{text}{_places(effect)}{_meaning(effect)}" if text else ""
+    return f"{text}{_places(effect) if text else ''}{_meaning(effect)}"
 
 
 def _all(effect: Named, name: str) -> list[Estimate]:

@@ -142,13 +142,17 @@ def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
 
 
 def test_amplitudes_of_sine_and_cosine_are_one_size() -> None:
-    """hypot(3, 4) = 5; other units, as those of a drift's two gains, are no pair."""
+    """hypot(3, 4) = 5; other units, as those of a drift's two gains, are no pair: what they mean is
+    said instead."""
     pair = {"a": estimate(0.03, 0.001), "b": estimate(-0.04, 0.001)}
     diagnosis = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), pair),))
     assert "Axis 1 has a cogging harmonic of 0.0500 N m that" in verdict(diagnosis)
     other = {"g_t": estimate(0.03, 0.001, "1"), "g_w": estimate(0.1, 0.01, "1/N2 m2")}
     diagnosis = replace(BASIC, effects=(Named("thermal_drift", "", (1,), other),))
-    assert "Axis 1 has thermal drift of the motor constant that" in verdict(diagnosis)
+    means = "(loses 3 % after a long time and 10 % for each N2 m2 of mean square torque)"
+    assert f"Axis 1 has thermal drift of the motor constant {means} that" in verdict(diagnosis)
+    other["g_w"] = estimate(0.0, 0.01, "1/N2 m2")
+    assert "motor constant (loses 3 % after a long time) that" in verdict(diagnosis)
 
 
 def test_effect_on_the_whole_machine_and_one_from_nowhere_have_sentences() -> None:

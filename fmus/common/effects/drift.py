@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
@@ -52,6 +53,13 @@ class ThermalDrift(Effect):
         """Exact for a torque that is square-mean constant over the step."""
         tau2 = (before.tau**2 + before.tau * now.tau + now.tau**2) / 3
         return tau2 + (state - tau2) * ca.exp(-Ts / shape["T"])
+
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        long, loaded = (100 * values[name] for name in ("g_t", "g_w"))
+        square = units["g_w"].partition("/")[2]
+        losses = [f"{long:.2g} % after a long time"] if long else []
+        losses += [f"{loaded:.2g} % for each {square} of mean square torque"] if loaded else []
+        return f"loses {' and '.join(losses)}" if losses else ""
 
 
 class OffsetDrift(Effect):
