@@ -123,7 +123,8 @@ def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: 
     shape = bench.scales.ranges(part.id, part.axis or 0)[name]
     # bounds are those of the runs that are fitted, not of those in which it was found
     value = float(np.clip(part.shape[name], shape.low, shape.high))
-    step = 1e-3 * (abs(value) + 1e-3 * (max(shape.grid) - min(shape.grid)))
+    span = max(shape.grid, default=0.0) - min(shape.grid, default=0.0)
+    step = 1e-3 * (abs(value) + 1e-3 * span)
     ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
     sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: end}) for end in ends]
     change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])

@@ -21,7 +21,9 @@ FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
 shortest period."""
 TRIED, ANEW = 30, 8
-"""Peaks that are tried in full, at first and beside each effect that was found."""
+"""Peaks that are tried in full, at first and beside each effect that was found. About twice as many
+of them gave the same answers in 63 of 65 cases of the study with waves, in one a worse one and in
+one an error that was mended since."""
 HARMONIC, OVERTONES = 0.05, 5
 """Distance from a whole multiple of another order within which one is its harmonic; the highest
 multiple that is tried of a wave that was found, on any axis."""
