@@ -74,4 +74,4 @@ def test_mean_of_neighbours_ends_at_a_gap() -> None:
 
 
 def test_samples_of_a_window() -> None:
-    assert [enough(window, TS) for window in (0.01, WINDOW, 0.5)] == [1, 6, 41]
+    assert [enough(window, TS) for window in (0.01, WINDOW, 0.5)] == [1, 3, 20]
