@@ -22,7 +22,8 @@ USUAL_TIME = 200.0
 a shorter one all is over soon, a longer one is a straight line."""
 TURNS, RATE = "1/rad", "rad/s"
 PERIODS = 1.0
-"""Least periods of a wave over the stroke: of a part of one an axis sees a spring."""
+"""Least periods of a wave over the stroke: of a part of one an axis sees a spring. With 1.5
+a ripple of 1.03 periods was not found."""
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ class Space:
 
     @staticmethod
     def of(columns: Array) -> Space:
-        """Products of the columns tell it, as singular values take ten times as long."""
+        """Of columns (R, k), by their products: singular values take ten times as long."""
         products = columns.T @ columns
         sizes = np.sqrt(np.diag(products))
         there = sizes > 0

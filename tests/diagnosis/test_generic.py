@@ -33,8 +33,7 @@ def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> No
     whole = rows.raw(
         [b.smooth(np.interp(v, knots, values)) for v, b in zip(angles, blocks, strict=True)]
     )
-    off = smooth - whole
-    assert np.linalg.norm(off) < 0.01 * np.linalg.norm(whole), "of all samples"
+    assert np.abs(smooth - whole).max() < 0.03, "of all samples"
     late = rows.raw(
         [np.interp(b.smooth(v), knots, values) for v, b in zip(angles, blocks, strict=True)]
     )

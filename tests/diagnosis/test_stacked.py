@@ -102,17 +102,22 @@ def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
     assert deviations.gains[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
 
 
+@pytest.mark.parametrize("grid", [SHAPE.grid, ()])
 @pytest.mark.parametrize("value", [0.05, 0.1, 2.0, 10.0])
-def test_shape_is_never_asked_for_beyond_its_bounds(value: float) -> None:
+def test_shape_is_never_asked_for_beyond_its_bounds(value: float, grid: tuple[float, ...]) -> None:
     """At a bound the change with a shape is one-sided; beyond it a column may be no number. Bounds
-    go with the runs: a shape may lie beyond those of other runs than it was found in."""
+    go with the runs: a shape may lie beyond those of other runs than it was found in, and they may
+    hold no place of its grid."""
+    shape = replace(SHAPE, grid=grid)
+    effect = SimpleNamespace(shapes=[shape], geared=False)
+    items = {"a": SimpleNamespace(searched=[shape], effect=effect)}
     (own,) = signals(ROWS, 1, 11).T
 
     def columns(name: str, axis: int, shape: dict[str, float]) -> Columns:
         assert SHAPE.low <= shape["w"] <= SHAPE.high
         return Columns(0, shape["w"] ** 2 * own[:, None])
 
-    bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS), columns=columns)
+    bench: Any = SimpleNamespace(effects=items, scales=usual(items), columns=columns)
     fitted = regression(ROWS)
     part: Any = SimpleNamespace(
         id="a", axis=0, shape={"w": value}, columns=Columns(0, own[:, None])

@@ -17,7 +17,7 @@ from flexhex.fmus.common.effects.effect import (
 SWEEP = Experiment("triangle", {"speed": 0.1, "amplitude": 0.19})
 ORDERS = tuple(float(k) for k in range(24, 721, 6))
 """Orders to try: over 0.4 rad two of them are distinguishable when they differ by 2 pi / 0.4 = 16,
-and below 24 there are less than one and a half periods."""
+and below 24 there are fewer than one and a half periods."""
 
 
 class CoggingHarmonic(Effect):
