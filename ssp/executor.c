@@ -33,6 +33,8 @@ struct executor {
   double base;
   executor_log *logs;
   size_t n_logs;
+  const double *played; /* rows of n_played values for the bus, from played_slot on */
+  size_t n_rows, n_played, played_slot;
   int64_t now;
   bool published; /* what belongs to `now` is on the bus and in the logs */
   bool timing;
@@ -375,6 +377,21 @@ static bool append_rows(executor *e) {
   return true;
 }
 
+void executor_play(executor *e, const double *rows, size_t n_rows, size_t slot, size_t n_slots) {
+  e->played = rows;
+  e->n_rows = n_rows;
+  e->played_slot = slot;
+  e->n_played = n_slots;
+}
+
+static void play(executor *e) {
+  if (e->n_rows > 0) {
+    const size_t last = e->n_rows - 1, now = (size_t)e->now;
+    const double *row = e->played + (now < last ? now : last) * e->n_played;
+    memcpy(e->bus + e->played_slot, row, e->n_played * sizeof *row);
+  }
+}
+
 static bool publish_due(executor *e) {
   size_t k;
   double begin = clock_now(e);
@@ -387,6 +404,7 @@ static bool publish_due(executor *e) {
       u->times.seconds += since(e, &begin);
     }
   }
+  play(e);
   return append_rows(e);
 }
 

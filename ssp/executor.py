@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError, UsageError
 from flexhex.ssp import library
 from flexhex.ssp.parameters import Value, number_for
+from flexhex.ssp.played import played
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.results import Result
 from flexhex.ssp.schedule import Progress, Schedule
@@ -23,41 +25,46 @@ from flexhex.ssp.signals import LoggedVariable, arrays, select
 from flexhex.ssp.wiring import unknown
 
 Parameters = Mapping[str, Value | Sequence[Value]]
+Inputs = Mapping[str, NDArray[np.float64]]
 
 
 def run(
-    ssp_path: str | Path,
+    system: str | Path | Package,
     duration: float,
     *,
     signals: Sequence[str] | None = None,
     progress: Progress | None = None,
     parameters: Parameters | None = None,
+    inputs: Inputs | None = None,
     timing: bool = True,
     cache: Path | None = None,
 ) -> Result:
-    """Run a .ssp for `duration` [s].
+    """Run a .ssp, or one that was read, for `duration` [s].
 
     signals: what to log, see `flexhex.ssp.signals.select`; None logs all outputs but the large
     arrays. progress(done, total) [s] is called about ten times a second; Ctrl-C works
     there. parameters: `{"reference.seed": 3, "reference.amplitude": [..6], "reference.kind":
     "chirp"}`, over what the .ssp says; of an enumeration the item's name, of a Boolean True or
-    "true" are taken as well. timing: measure the time in each FMU. cache: where the executor is
-    compiled, default the user's cache.
+    "true" are taken as well. inputs: `{"plant.tau": samples}`, a row of samples for each base step,
+    taken in the place of what the input is connected to. timing: measure the time in each FMU.
+    cache: where the executor is compiled, default the user's cache.
 
-    Raises UsageError (duration, signals, parameters), InterfaceError (the .ssp) and
+    Raises UsageError (duration, signals, parameters, inputs), InterfaceError (the .ssp) and
     RunError (which FMU refused what, when, and its message).
     """
-    package = read_ssp(ssp_path)
+    package = system if isinstance(system, Package) else read_ssp(system)
     n_steps = _base_steps(duration, package.base)
     overrides = _overrides(package, parameters or {})
+    logged, samples = select(package, signals), played(package, inputs or {}, n_steps)
     c = library.load(cache)
     with tempfile.TemporaryDirectory(prefix="flexhex-") as folder:
-        schedule = Schedule(package, overrides, select(package, signals), Path(folder))
+        schedule = Schedule(package, overrides, logged, samples, Path(folder))
         begin = time.perf_counter()
         schedule.execute(c, n_steps, progress, timing)
         wall = time.perf_counter() - begin
-    meta: dict[str, str | int | float] = {"ssp": Path(ssp_path).name, "base_step": package.base}
-    meta["sha256 ssp"] = hashlib.sha256(read_bytes(ssp_path)).hexdigest()
+    meta: dict[str, str | int | float] = {"ssp": package.path.name, "base_step": package.base}
+    if not isinstance(system, Package):
+        meta["sha256 ssp"] = hashlib.sha256(read_bytes(system)).hexdigest()
     meta |= {f"sha256 {Path(i.source).name}": i.fmu.sha256 for i in package.instances}
     for name, values in overrides.items():
         meta |= {f"parameter {name}.{key}": value for key, value in values.items()}

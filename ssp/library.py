@@ -112,6 +112,8 @@ def load(cache: Path | None = None) -> ctypes.CDLL:
         c_char_p,
         c_size_t,
     )
+    library.executor_play.restype = None
+    library.executor_play.argtypes = (c_void_p, c_void_p, c_size_t, c_size_t, c_size_t)
     library.executor_run.restype = c_bool
     library.executor_run.argtypes = (c_void_p, c_int64)
     library.executor_message.restype = c_char_p

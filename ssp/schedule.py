@@ -17,6 +17,7 @@ from flexhex.fmus.common.interface import indices
 from flexhex.ssp import library
 from flexhex.ssp.fmu import FmuVariable, binary_path
 from flexhex.ssp.memory import check_memory
+from flexhex.ssp.played import Played
 from flexhex.ssp.read import Instance, Package, period
 from flexhex.ssp.results import Array, FmuTime, Group, rate_name
 from flexhex.ssp.signals import LoggedVariable
@@ -35,9 +36,11 @@ class Schedule:
         package: Package,
         overrides: Mapping[str, dict[str, float]],
         logged: Mapping[str, list[LoggedVariable]],
+        played: Played,
         folder: Path,
     ) -> None:
         self.package = package
+        self.played = played
         self.logged = logged
         self.keep: list[Any] = []
         self.times: dict[str, FmuTime] = {}
@@ -75,7 +78,10 @@ class Schedule:
     ) -> library.ComponentData:
         variables, name = instance.fmu.variables, instance.name
         parameters = by_type([variables[v] for v in values])
-        sources = {w.input: (w.source, w.output) for w in self.package.wires if w.target == name}
+        wires = [w for w in self.package.wires if w.target == name]
+        sources = {w.input: self.slots[w.source, w.output] for w in wires}
+        own = enumerate(self.played.ends, len(self.slots))
+        sources |= {scalar: slot for slot, (target, scalar) in own if target == name}
         inputs = by_type([variables[v] for v in sources])
         outputs = by_type([v for v in instance.fmu.of("output") if (name, v.name) in self.slots])
         categories = [c.encode() for c in _CATEGORIES if c in instance.fmu.log_categories]
@@ -88,7 +94,7 @@ class Schedule:
             parameters=self._variables(parameters),
             values=self._array(c_double, [values[v.name] for v in parameters]),
             inputs=self._variables(inputs),
-            sources=self._array(c_size_t, [self.slots[sources[v.name]] for v in inputs]),
+            sources=self._array(c_size_t, [sources[v.name] for v in inputs]),
             outputs=self._variables(outputs),
             slot=self.slots[name, outputs[0].name] if outputs else 0,
             n_categories=len(categories),
@@ -121,12 +127,15 @@ class Schedule:
         logs, n_logs = self._logs(n_steps)
         components = self._array(library.ComponentData, self.components)
         message = ctypes.create_string_buffer(1024)
-        count = len(self.components)
+        count, width, rows = len(self.components), len(self.played.ends), self.played.rows
+        n_slots = len(self.slots) + width
         executor = c.executor_open(
-            components, count, len(self.slots), base, logs, n_logs, timing, message, len(message)
+            components, count, n_slots, base, logs, n_logs, timing, message, len(message)
         )
         if not executor:
             raise RunError(as_text(message.value))
+        if width:
+            c.executor_play(executor, rows.ctypes.data, len(rows), len(self.slots), width)
         try:
             self._advance(c, executor, n_steps, progress)
         finally:

@@ -98,7 +98,13 @@ def _write(path: Path, data: bytes) -> None:
         scratch = scratch_file(path)
         scratch.write_bytes(hashlib.sha256(data).digest() + data)
         scratch.replace(path)
-        trim(root())
+        _trimmed(root())
+
+
+@lru_cache
+def _trimmed(folder: Path) -> None:
+    """Once a process: to look at every file takes long in a full cache."""
+    trim(folder)
 
 
 def trim(folder: Path, limit: int = LIMIT, in_use: float = IN_USE) -> None:

@@ -7,33 +7,31 @@ simulation: what the model lacks, in N m.
 
 from __future__ import annotations
 
-import ctypes
 import math
-import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from threading import Lock
-from typing import Any
 
-import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.motion import smooth
 from flexhex.diagnosis.estimation.rows import on_clock
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.runs.runs import payload_of
-from flexhex.fmus.common.interface import array_of
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import nominal_mechanism
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.parameters import base_mechanism, base_parameters
-from flexhex.fmus.feedback import equations as feedback
-from flexhex.fmus.feedback.design import Gains, design
+from flexhex.fmus.feedback.design import design
 from flexhex.fmus.filter.equations import hann
 from flexhex.fmus.reference.equations import smooth_step
+from flexhex.ssp.executor import run
+from flexhex.ssp.fmu import read_fmu
+from flexhex.ssp.read import Instance, Package
+from flexhex.ssp.results import Result
+from flexhex.ssp.wiring import Wire
 
 Array = NDArray[np.float64]
 CROSSOVER = 40.0
@@ -46,8 +44,13 @@ APPROACH = 1.0
 """Time in which the simulation goes from neutral to where a log begins [s]."""
 NEUTRAL = 1e-3
 """Logs that begin nearer to neutral need no approach [rad]."""
-IDEAL = {"tau_step": 0.0, "theta_step": 0.0, "command_delay": 0.0, "measurement_delay": 0.0}
-"""The log has been through quanta and delays already."""
+IDEAL = {
+    **{"tau_step": 0.0, "theta_step": 0.0, "command_delay": 0.0, "measurement_delay": 0.0},
+    "f_current": 1e5,
+}
+"""Of the plant: the log has been through quanta, delays and the current loop already."""
+UNLIMITED = {"tau_max": 1e4, "tau_step": 0.0, "e_max": 10.0}
+"""Of the feedback."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +86,13 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
     rise = _approach(theta[0], base)
     wanted = np.vstack([rise * theta[0], theta]) if len(rise) else theta
     given = np.vstack([np.repeat(tau[:1], len(rise), axis=0), tau])
-    values = {**IDEAL, "f_current": 1e5, **plant_values(machine, p)}
-    with_feedback = _Follower(machine)
-    corrections, left = with_feedback.run(plant, values, wanted, given, payload_of(log))
+    inputs = {
+        "feedback.r": wanted,
+        "feedback.tau_ff": np.vstack([given[1:], given[-1:]]),
+        "plant.payload": np.full(len(wanted), payload_of(log)),
+    }
+    driven = _driven(plant, {**IDEAL, **plant_values(machine, p)}, inputs, machine)
+    corrections, left = driven["feedback.tau_fb"][:-1], driven["feedback.e"][1:]
     window = hann(2 * round(WINDOW / base / 2) + 1)
     half = len(window) // 2
     residual = smooth(np.pad(corrections[len(rise) :], ((half, half), (0, 0))), window)
@@ -122,99 +129,43 @@ def _approach(theta: Array, base: float) -> Array:
     return np.asarray(smooth_step(s)[:, None])
 
 
-class _Follower:
-    """PID of all axes, [SH, IV-C] with another crossover, Tustin's rule."""
+def _driven(
+    plant: Path, values: Mapping[str, float | Array], inputs: Mapping[str, Array], machine: Machine
+) -> Result:
+    """The plant under given torques and the feedback on given angles, in the executor.
 
-    def __init__(self, machine: Machine) -> None:
-        control = machine.control.model_copy(update={"f_crossover": CROSSOVER})
-        drive = machine.drive.model_copy(update={"t_command": 0.0, "t_measurement": 0.0})
-        self.gains: Gains = design(machine.model_copy(update={"control": control, "drive": drive}))
-        self.Ts, self.n = machine.timing.base, machine.n_arms
-
-    def run(
-        self,
-        plant: Path,
-        values: Mapping[str, Any],
-        wanted: Array,
-        given: Array,
-        payload: float,
-    ) -> tuple[Array, Array]:
-        """Torque of the feedback and remaining angle (samples, n)."""
-        g, Ts = self.gains, self.Ts
-        corrections, left = np.zeros_like(wanted), np.zeros_like(wanted)
-        e_I = e_D = np.zeros(self.n)
-        last = wanted[0].copy()
-        with _Plant(plant, values, payload) as machine:
-            theta = machine.theta
-            for k in range(len(wanted)):
-                e = wanted[k] - theta
-                e_I = feedback.integrated(e_I, last, e, Ts)
-                e_D = feedback.differentiated(e_D, last, e, g.t_f, Ts)
-                corrections[k] = feedback.torque(e, e_I, e_D, g.kp, g.t_i, g.t_d)
-                left[k], last = e, e
-                machine.step(given[k] + corrections[k], k * Ts, Ts)
-        return corrections, left
+    inputs: what the feedback takes at each base step, its torque is at the plant one later.
+    """
+    control = machine.control.model_copy(update={"f_crossover": CROSSOVER})
+    drive = machine.drive.model_copy(update={"t_command": 0.0, "t_measurement": 0.0})
+    gains = design(machine.model_copy(update={"control": control, "drive": drive}))
+    feedback = {**asdict(gains), "reference_delay": 0.0, **UNLIMITED}
+    parameters = {
+        **{f"feedback.{name}": value for name, value in feedback.items()},
+        **{f"plant.{name}": value for name, value in values.items()},
+    }
+    count = len(inputs["feedback.r"])
+    return run(
+        _system(plant, machine),
+        count * machine.timing.base,
+        signals=("feedback.tau_fb", "feedback.e"),
+        parameters=parameters,
+        inputs=inputs,
+        timing=False,
+    )
 
 
-LOADING = Lock()
-"""fmpy changes the working directory of the whole process while it loads a library: a relative path
-of another replay would lead nowhere, and the directory might stay changed."""
-
-
-def _loaded(fmu: Path) -> tuple[Any, str, Any]:
-    """Description, folder with the files, instance of an FMU, one at a time."""
-    with LOADING:
-        # our own FMU; fmpy's schema is not safe where replays run side by side
-        description = fmpy.read_model_description(str(fmu), validate=False)
-        folder = fmpy.extract(str(fmu))
-        slave = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="replay",
-        )
-    return description, folder, slave
-
-
-class _Plant:
-    """One instance of plant.fmu; theta (n,) is what it showed last."""
-
-    def __init__(self, fmu: Path, values: Mapping[str, Any], payload: float) -> None:
-        description, self.folder, self.slave = _loaded(fmu)
-        references = {v.name: v.valueReference for v in description.modelVariables}
-        self.slave.instantiate()
-        parameters = [v for v in description.modelVariables if v.causality == "parameter"]
-        for name, value in values.items():
-            scalars = [v for v in parameters if array_of(v.name) == name]
-            for v, number in zip(scalars, np.atleast_1d(value).tolist(), strict=True):
-                if v.type == "Integer":
-                    self.slave.setInteger([v.valueReference], [round(number)])
-                else:
-                    self.slave.setReal([v.valueReference], [number])
-        self.slave.setupExperiment()
-        self.slave.enterInitializationMode()
-        self.slave.exitInitializationMode()
-        n = sum(v.name.startswith("theta[") for v in description.modelVariables)
-        self._inputs = (ctypes.c_uint * n)(*(references[f"tau[{i + 1}]"] for i in range(n)))
-        self._outputs = (ctypes.c_uint * n)(*(references[f"theta[{i + 1}]"] for i in range(n)))
-        self.theta, self._tau = np.zeros(n), np.zeros(n)
-        real = ctypes.POINTER(ctypes.c_double)
-        self._theta_at = self.theta.ctypes.data_as(real)
-        self._tau_at = self._tau.ctypes.data_as(real)
-        self.slave.setReal([references["payload"]], [payload])
-
-    def __enter__(self) -> _Plant:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.slave.terminate()
-        self.slave.freeInstance()
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def step(self, tau: Array, time: float, Ts: float) -> None:
-        """One tick under a torque command (n,) [N m]."""
-        s, n = self.slave, len(self._tau)
-        self._tau[:] = tau
-        s.fmi2SetReal(s.component, self._inputs, n, self._tau_at)
-        s.doStep(time, Ts)
-        s.fmi2GetReal(s.component, self._outputs, n, self._theta_at)
+def _system(plant: Path, machine: Machine) -> Package:
+    """Feedback and plant, in memory."""
+    files = {name: plant.parent / f"{name}.fmu" for name in ("feedback", "plant")}
+    fmus = {name: read_bytes(path) for name, path in files.items()}
+    instances = tuple(
+        Instance(name, name, read_fmu(fmus[name], str(path)), {}) for name, path in files.items()
+    )
+    ends = (("feedback", "tau", "plant", "tau"), ("plant", "theta", "feedback", "theta"))
+    wires = tuple(
+        Wire(source, f"{output}[{i}]", target, f"{taken}[{i}]")
+        for source, output, target, taken in ends
+        for i in range(1, machine.n_arms + 1)
+    )
+    return Package(plant, "replay", machine.timing.base, instances, wires, fmus)
