@@ -24,6 +24,7 @@ from flexhex.export.command import export_command
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.identify.command import identify_command
 from flexhex.init.command import init_command
+from flexhex.numeric.memory import keep
 from flexhex.output.interrupt import Interruptible
 from flexhex.plot.command import plot_command
 from flexhex.report.command import report_command
@@ -108,6 +109,7 @@ def one_blas_thread() -> None:
 def main() -> None:
     """Entry point: a user's mistake is one message and an exit code, never a traceback."""
     one_blas_thread()
+    keep()
     try:
         app()
     except FlexhexError as error:

@@ -66,9 +66,8 @@ def _track(side: Model, kind: str, plant: Builder, seconds: float) -> Tracking:
     if name == "plant":
         starts.pop("plant", None)
     case = replace(adaptive, name=f"shown-{kind}", plant=name, starts=starts)
-    result = run(
-        side.builder.case(case, plant), case.duration, signals=("feedback.e", "feedback.tau_fb")
-    )
+    signals = ("feedback.e", "feedback.tau_fb")
+    result = run(side.builder.case(case, plant), case.duration, signals=signals, timing=False)
     judged = result.time("feedback.e") > SETTLE
     e, tau = result["feedback.e"][judged], result["feedback.tau_fb"][judged]
     return Tracking(rms(e) * MICRO, rms(tau))

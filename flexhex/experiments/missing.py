@@ -134,9 +134,13 @@ def record(
         # seeds that no other experiment has: the logged motions are nobody else's
         seed = zlib.crc32(f"missing {trajectory}".encode()) % 2**20
         seeds = {"reference.seed": float(seed), "plant.seed": float(seed + number)}
-        advance = progress.case(fixed)
         result = execute(
-            description, fixed.duration, signals=signals, parameters=seeds, progress=advance
+            description,
+            fixed.duration,
+            signals=signals,
+            parameters=seeds,
+            progress=progress.case(fixed),
+            timing=False,
         )
         return write_log(result, out / f"{trajectory}{number}.h5", trajectory, number)
 

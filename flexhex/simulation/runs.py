@@ -71,7 +71,7 @@ def record(
     """
 
     def one(case: Case) -> Result:
-        return recorded(builder, case, signals, command, progress)[0]
+        return recorded(builder, case, signals, command, progress, timing=False)[0]
 
     return side_by_side(cases, one, progress)
 
@@ -83,13 +83,16 @@ def recorded(
     command: str,
     progress: Progress,
     saved: Sequence[str] | None = None,
+    timing: bool = True,
 ) -> tuple[Result, dict[str, str | int | float]]:
     """Build the variant of one case, run it, save `out/runs/<case>.h5`.
 
-    saved: signals that the file holds, default all logged ones. Returns result and provenance.
+    saved: signals that the file holds, default all logged ones; timing: measure the time in each
+    FMU. Returns result and provenance.
     """
     description = builder.case(case)
-    result = run(description, case.duration, signals=signals, progress=progress.case(case))
+    shown = progress.case(case)
+    result = run(description, case.duration, signals=signals, progress=shown, timing=timing)
     named = {"case": case.name, "title": case.title, "machine": builder.machine.name}
     named["sha256 machine file"] = hashlib.sha256(builder.machine_file.read_bytes()).hexdigest()
     versions = provenance(command=command, **named)
