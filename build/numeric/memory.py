@@ -6,7 +6,6 @@ import ctypes
 import gc
 import sys
 
-
 TRIM, ARRAYS = -1, -3
 """M_TRIM_THRESHOLD and M_MMAP_THRESHOLD of glibc's mallopt()."""
 KEPT, LARGE = 2**30, 2**25
