@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from studies import axes, axes_files
@@ -53,6 +53,15 @@ def _no_category(family: str, category: str | None) -> None:
         raise ValueError(f"category {category!r}: family {family} draws its own")
 
 
+def _bare_generator(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:
+    return _written(replace(draw(seed), hidden=(), category="nothing"), logs, sealed)
+
+
+def _bare_mujoco(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:
+    case = make(seed, logs, sealed, category=category, test=True, bare=True)
+    return Files(case.paths, case.test_paths, case.machine_file, case.sealed)
+
+
 def _written(case: Case, logs: Path, sealed: Path) -> Files:
     clean = simulate_closed([case], CLOSED)[0] if case.closed else simulate(case)
     # every ninth case as CSV: slower to read, the same numbers
@@ -78,4 +87,7 @@ FAMILIES: Mapping[str, Family] = {
     "mujoco": _mujoco,
     "axes": _axes,
 }
+BARE: Mapping[str, Family] = {"generator": _bare_generator, "mujoco": _bare_mujoco}
+"""The same machine, motions and noise with nothing hidden: what a residual is without the effect.
+The base model of plain axes is exact, so that nothing of theirs repeats."""
 __all__ = ["FAMILIES", "Family", "Files", "refuse"]

@@ -24,7 +24,7 @@ from typing import Any
 
 from results.record import provenance
 from studies import honest_tables
-from studies.families import FAMILIES, Files, refuse
+from studies.families import BARE, FAMILIES, Files, refuse
 from studies.honest import Outcome, score
 from studies.store import append_line, read_lines
 
@@ -61,20 +61,32 @@ def case(task: Task) -> Row:
         files = FAMILIES[task.family](task.seed, Path(first), Path(second), task.category)
         truth = json.loads(files.sealed.read_text(encoding="utf-8"))
         response = answered(task.engine, files, task.seconds)
-    outcome = score(response["answer"], truth, response["error"])
     answer = response["answer"]
+    outcome = score(answer, truth, response["error"])
+    judged = outcome.closed is not None and outcome.outcome in honest_tables.RIGHT
+    twin = bare_residual(task) if judged and task.family in BARE else None
     return {
         "family": task.family,
         "seed": task.seed,
         "category": task.category,
         "engine": task.engine,
-        "outcome": asdict(outcome),
+        "outcome": asdict(score(answer, truth, response["error"], twin)),
         "processor_seconds": response["processor_seconds"],
         "peak_bytes": response["peak_bytes"],
         "error": response["text"],
         "truth": truth,
         "answer": answer and {key: answer[key] for key in KEPT if key in answer},
+        "twin": twin,
     }
+
+
+def bare_residual(task: Task) -> Row | None:
+    """The residual of the same machine with nothing hidden, from its own runs; None without one."""
+    folder = tempfile.TemporaryDirectory
+    with folder(prefix="logs-") as first, folder(prefix="truth-") as second:
+        files = BARE[task.family](task.seed, Path(first), Path(second), task.category)
+        answer: Row | None = answered(task.engine, files, task.seconds)["answer"]
+    return answer["residual"] if answer else None
 
 
 def answered(engine: str, files: Files, seconds: float = SECONDS) -> Row:
@@ -137,7 +149,8 @@ def read(store: Path) -> list[Row]:
 def outcome_of(row: Mapping[str, Any]) -> Outcome:
     """The outcome of a line, judged by the scorer as it is now."""
     answer = row["answer"]
-    return score(answer, row["truth"], "" if answer else row["outcome"]["outcome"])
+    error = "" if answer else row["outcome"]["outcome"]
+    return score(answer, row["truth"], error, row.get("twin"))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -47,8 +47,8 @@ class Outcome:
 
     errors: of every parameter that has an interval and a true value, in standard deviations of the
     interval; checks: what must be true of a plain axis, by name; confidence: as the answer gives
-    it; closed: share of the residual of the test runs, beyond its non-repeatable part, that the
-    named effects remove on their axes; alone: nothing else than one trajectory, or no repeats, was
+    it; closed: share of what effects add to the residual of the test runs, on the axes that have a
+    name, that is removed; alone: nothing else than one trajectory, or no repeats, was
     there; predicts: what is named leaves less of the test runs; impossible: a value that no machine
     has was reported.
     """
@@ -84,8 +84,14 @@ class Outcome:
         return bool(self.observable) and min(self.observable) >= FAINT
 
 
-def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str = "") -> Outcome:
-    """Judge an answer; None with an `error`, `refused` or `failed`, where there is none.
+def score(
+    answer: Mapping[str, Any] | None,
+    truth: Mapping[str, Any],
+    error: str = "",
+    twin: Mapping[str, Any] | None = None,
+) -> Outcome:
+    """Judge an answer; None with an `error`, `refused` or `failed`, where there is none. twin: the
+    residual of the same machine with nothing hidden; without one nothing of it would repeat.
 
     ValueError when the answer has not the agreed form.
     """
@@ -113,7 +119,7 @@ def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str
         errors_of(hidden, effects),
         checks_of(truth, content) if truth["category"] == "plain" and answer else {},
         content.get("confidence"),
-        closed_of(content),
+        closed_of(content, twin),
         truth["passes"] < 2 or len(truth["trajectories"]) < 3,
         predicts(content),
         any(

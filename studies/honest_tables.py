@@ -15,8 +15,7 @@ FOUND = ("right", "ambiguous")
 RIGHT = (*FOUND, "all")
 FIFTHS = 5
 CLOSED = 0.9
-"""Share of the residual of the test runs, beyond its non-repeatable part, that a right name is to
-remove."""
+"""Share of what the effect adds to the residual of test runs that a right name is to remove."""
 Has = Callable[[Outcome], bool]
 
 
@@ -169,7 +168,7 @@ def _guarded(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     yield Claim(kind, "of all: a wrong name", "", sum(map(wrong, alone)), len(alone))
     closed = [o.closed for o in outcomes if o.outcome in RIGHT and o.closed is not None]
     text = f"median {100 * median(closed):.0f} %" if closed else ""
-    ending = f"at least {CLOSED:.0%} of the residual of test runs removed"
+    ending = f"at least {CLOSED:.0%} of what the effect adds to the residual of test runs removed"
     hits = sum(each >= CLOSED for each in closed)
     yield Claim("right names", ending, "all", hits, len(closed), text)
     physics = sum(o.impossible for o in outcomes)

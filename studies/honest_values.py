@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from math import sqrt
 from typing import Any
 
 FAINT = 0.004
@@ -13,7 +14,7 @@ is no miss."""
 SIGMAS = 1.959964
 """Standard deviations on either side in a 95 % interval."""
 CLOSABLE = 1.05
-"""Least ratio of a residual to its non-repeatable part where there is something to be removed."""
+"""Least ratio of a residual to what it is without the effect where there is something to remove."""
 SAME_ORDER = 0.01
 """Relative error of an order [1/m] that is the right one; of a turn only whole orders are there."""
 LATE = ("drive_lag", "time_delay")
@@ -88,20 +89,19 @@ def checks_of(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, 
     return checks
 
 
-def closed_of(answer: Mapping[str, Any]) -> float | None:
-    """(before - after) / (before - non_repeatable) on the test runs; None where no such
-    residual is there."""
-    before, after, non_repeatable = (
-        _left(answer, key) for key in ("before", "after", "non_repeatable")
-    )
-    if (
-        before is None
-        or after is None
-        or non_repeatable is None
-        or before <= CLOSABLE * non_repeatable
-    ):
+def closed_of(answer: Mapping[str, Any], twin: Mapping[str, Any] | None = None) -> float | None:
+    """(before - after) / (before - without) on the test runs; without: the non-repeatable part and
+    what repeats in the twin's residual; None where the effect adds next to nothing."""
+    before, after, noise = (_left(answer, key) for key in ("before", "after", "non_repeatable"))
+    if before is None or after is None or noise is None:
         return None
-    return (before - after) / (before - non_repeatable)
+    if twin is not None:
+        bare = {**answer, "residual": twin}
+        whole, own = (_left(bare, key) for key in ("before", "non_repeatable"))
+        if whole is None or own is None:
+            return None
+        noise = sqrt(noise**2 + max(whole**2 - own**2, 0.0))
+    return (before - after) / (before - noise) if before > CLOSABLE * noise else None
 
 
 def predicts(answer: Mapping[str, Any]) -> bool:

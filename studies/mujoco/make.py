@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from studies.mujoco import hexapod
 from studies.mujoco.draw import FIRST_TEST
 from studies.mujoco.logger import logged, write
 from studies.mujoco.machine import toml
-from studies.mujoco.runs import simulate
+from studies.mujoco.runs import runs_of, simulate
 from studies.mujoco.truth import FAMILY, truth_of
 
 
@@ -33,17 +33,21 @@ def make(
     kind: str | None = None,
     effect: str | None = None,
     test: bool = False,
+    bare: bool = False,
 ) -> Written:
     """Write a case: logs and machine file into `logs`, the truth into `sealed`.
 
-    category, kind (of machine), effect (id): instead of those that the seed draws. ValueError for
-    a test seed without `test`, and when one folder lies in the other.
+    category, kind (of machine), effect (id): instead of those that the seed draws. bare: the same
+    machine, motions and noise with nothing hidden. ValueError for a test seed without `test`, and
+    when one folder lies in the other.
     """
     refuse(seed, test)
     one, two = logs.resolve(), sealed.resolve()
     if one == two or one in two.parents or two in one.parents:
         raise ValueError(f"{sealed}: the truth must lie apart from the logs in {logs}")
     simulated = simulate(seed, category, kind, effect)
+    if bare:
+        simulated = runs_of(replace(simulated.case, hidden=(), category="nothing"))
     case = simulated.case
     logs.mkdir(parents=True, exist_ok=True)
     sealed.mkdir(parents=True, exist_ok=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from studies import hidden_effects as study
-from studies.families import FAMILIES
+from studies.families import BARE, FAMILIES
 from studies.hidden_effects import Task
 
 ENGINE = """
@@ -101,3 +101,18 @@ def test_a_case_that_cannot_be_made_is_reported_and_the_study_goes_on(
     assert "axes 1: FAILED" in shown.err
     assert "draws its own" in shown.err
     assert "| nothing hidden | silent |  | 1 of 1" in shown.out
+
+
+@pytest.mark.parametrize(("family", "seed"), [("mujoco", 0), ("generator", 0)])
+def test_bare_machine_differs_in_what_is_hidden_alone(
+    tmp_path: Path, family: str, seed: int
+) -> None:
+    makers = {"whole": FAMILIES[family], "bare": BARE[family]}
+    made = {k: f(seed, tmp_path / k, tmp_path / f"truth-{k}", None) for k, f in makers.items()}
+    truths = {k: json.loads(files.sealed.read_text()) for k, files in made.items()}
+    assert truths["whole"]["hidden"]
+    assert (truths["bare"]["hidden"], truths["bare"]["category"]) == ([], "nothing")
+    for key in ("noise", "passes", "trajectories"):
+        assert truths["bare"][key] == truths["whole"][key], key
+    texts = {files.machine_file.read_text() for files in made.values()}
+    assert len(texts) == 1
