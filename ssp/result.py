@@ -21,7 +21,8 @@ Meta = Mapping[str, str | int | float]
 
 @dataclass(frozen=True)
 class FmuTime:
-    """Time spent in one FMU: all and the worst step [s], steps; warnings, the first in words."""
+    """Time spent in one FMU: all and the worst step [s], 0 where it was not measured; steps;
+    warnings, the first in words."""
 
     seconds: float
     worst: float

@@ -57,6 +57,10 @@ def _bare_generator(seed: int, logs: Path, sealed: Path, category: str | None = 
     return _written(replace(draw(seed), hidden=(), category="nothing"), logs, sealed)
 
 
+def _bare_closed(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:
+    return _written(replace(closed_case(seed), hidden=(), category="nothing"), logs, sealed)
+
+
 def _bare_mujoco(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:
     case = make(seed, logs, sealed, category=category, test=True, bare=True)
     return Files(case.paths, case.test_paths, case.machine_file, case.sealed)
@@ -87,7 +91,11 @@ FAMILIES: Mapping[str, Family] = {
     "mujoco": _mujoco,
     "axes": _axes,
 }
-BARE: Mapping[str, Family] = {"generator": _bare_generator, "mujoco": _bare_mujoco}
+BARE: Mapping[str, Family] = {
+    "generator": _bare_generator,
+    "closed": _bare_closed,
+    "mujoco": _bare_mujoco,
+}
 """The same machine, motions and noise with nothing hidden: what a residual is without the effect.
 The base model of plain axes is exact, so that nothing of theirs repeats."""
 __all__ = ["FAMILIES", "Family", "Files", "refuse"]

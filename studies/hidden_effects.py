@@ -3,8 +3,9 @@
 
 The families of truth are those of `studies/families.py`. Each case is diagnosed from its logs
 in a process of its own and scored against the truth, which lies in another folder and is opened by
-the scorer alone. The store has one JSON line a case: truth, answer, outcome, processor seconds,
-peak memory. A study goes on where it stopped, on the commit that it began with.
+the scorer alone. The store has one JSON line a case: truth, answer, outcome, processor
+seconds, peak memory; twin: where names are right the residual of the same machine with nothing
+hidden. A study goes on where it stopped, on the commit that it began with.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import tempfile
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from results.record import provenance
 from studies import honest_tables
 from studies.families import BARE, FAMILIES, Files, refuse
 from studies.honest import Outcome, score
+from studies.mujoco.simulate import UnstableLoopError
 from studies.store import append_line, read_lines
 
 OUT = Path("out") / "hidden"
@@ -65,12 +67,12 @@ def case(task: Task) -> Row:
     outcome = score(answer, truth, response["error"])
     judged = outcome.closed is not None and outcome.outcome in honest_tables.RIGHT
     twin = bare_residual(task) if judged and task.family in BARE else None
-    return {
+    line = {
         "family": task.family,
         "seed": task.seed,
         "category": task.category,
         "engine": task.engine,
-        "outcome": asdict(score(answer, truth, response["error"], twin)),
+        "outcome": {},
         "processor_seconds": response["processor_seconds"],
         "peak_bytes": response["peak_bytes"],
         "error": response["text"],
@@ -78,15 +80,25 @@ def case(task: Task) -> Row:
         "answer": answer and {key: answer[key] for key in KEPT if key in answer},
         "twin": twin,
     }
+    return {**line, "outcome": asdict(judge(line, response["error"]))}
 
 
 def bare_residual(task: Task) -> Row | None:
-    """The residual of the same machine with nothing hidden, from its own runs; None without one."""
+    """The residual of the same machine with nothing hidden, from its own runs; None where it has no
+    answer: then nothing is said of the gap."""
     folder = tempfile.TemporaryDirectory
     with folder(prefix="logs-") as first, folder(prefix="truth-") as second:
-        files = BARE[task.family](task.seed, Path(first), Path(second), task.category)
-        answer: Row | None = answered(task.engine, files, task.seconds)["answer"]
-    return answer["residual"] if answer else None
+        try:
+            files = BARE[task.family](task.seed, Path(first), Path(second), task.category)
+        except UnstableLoopError as error:
+            response: Row = {"answer": None, "text": str(error)}
+        else:
+            response = answered(task.engine, files, task.seconds)
+    if response["answer"] is None:
+        _say(f"{task.family} {task.seed}: no residual without what is hidden: {response['text']}")
+        return None
+    residual: Row = response["answer"]["residual"]
+    return residual
 
 
 def answered(engine: str, files: Files, seconds: float = SECONDS) -> Row:
@@ -148,9 +160,14 @@ def read(store: Path) -> list[Row]:
 
 def outcome_of(row: Mapping[str, Any]) -> Outcome:
     """The outcome of a line, judged by the scorer as it is now."""
-    answer = row["answer"]
-    error = "" if answer else row["outcome"]["outcome"]
-    return score(answer, row["truth"], error, row.get("twin"))
+    return judge(row, "" if row["answer"] else row["outcome"]["outcome"])
+
+
+def judge(row: Mapping[str, Any], error: str) -> Outcome:
+    """The outcome of a line; without a twin where its family has one nothing of the gap."""
+    twin = row.get("twin")
+    outcome = score(row["answer"], row["truth"], error, twin)
+    return replace(outcome, closed=None) if twin is None and row["family"] in BARE else outcome
 
 
 def main(arguments: list[str] | None = None) -> int:

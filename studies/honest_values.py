@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from math import sqrt
 from typing import Any
 
 FAINT = 0.004
@@ -90,18 +89,13 @@ def checks_of(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, 
 
 
 def closed_of(answer: Mapping[str, Any], twin: Mapping[str, Any] | None = None) -> float | None:
-    """(before - after) / (before - without) on the test runs; without: the non-repeatable part and
-    what repeats in the twin's residual; None where the effect adds next to nothing."""
+    """(before - after) / (before - without) on the test runs; without: of the twin, or else the
+    non-repeatable part; None where the effect adds next to nothing."""
     before, after, noise = (_left(answer, key) for key in ("before", "after", "non_repeatable"))
-    if before is None or after is None or noise is None:
+    without = noise if twin is None else _left({**answer, "residual": twin}, "before")
+    if before is None or after is None or without is None or before <= CLOSABLE * without:
         return None
-    if twin is not None:
-        bare = {**answer, "residual": twin}
-        whole, own = (_left(bare, key) for key in ("before", "non_repeatable"))
-        if whole is None or own is None:
-            return None
-        noise = sqrt(noise**2 + max(whole**2 - own**2, 0.0))
-    return (before - after) / (before - noise) if before > CLOSABLE * noise else None
+    return (before - after) / (before - without)
 
 
 def predicts(answer: Mapping[str, Any]) -> bool:

@@ -10,6 +10,7 @@ outcome and names with every variation. A study goes on where it stopped.
 from __future__ import annotations
 
 import argparse
+import ast
 import importlib
 import json
 import sys
@@ -17,7 +18,10 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from pathlib import Path
+from pkgutil import walk_packages
+from types import ModuleType
 from typing import Any
 
 from results.record import provenance
@@ -38,7 +42,7 @@ ELSEWHERE = (
     ("regression.linearize", "HISTORY"),
     ("jointfit.answer", "CORRELATED"),
     ("jointfit.fit", "MISLED"),
-    ("jointfit.guard", "EXPLAINED"),
+    ("jointfit.fit", "EXPLAINED"),
     ("jointfit.calmest", "QUIET"),
     ("jointfit.calmest", "KEPT"),
     ("jointfit.guard", "POOR"),
@@ -123,13 +127,27 @@ def changed(variation: Variation) -> Iterator[None]:
 
 
 def put(variation: Variation, value: float) -> None:
-    """Give a number a value. The criteria are frozen for all who decide by them, but not here."""
-    if variation.module:
-        setattr(
-            importlib.import_module(f"flexhex.diagnosis.{variation.module}"), variation.name, value
-        )
-    else:
+    """Give a number a value, wherever it was imported to. The criteria are frozen for all who
+    decide by them, but not here."""
+    if not variation.module:
         object.__setattr__(criteria(), variation.name, value)
+        return
+    for module in takers(f"flexhex.diagnosis.{variation.module}", variation.name):
+        setattr(module, variation.name, value)
+
+
+@lru_cache
+def takers(home: str, name: str) -> list[ModuleType]:
+    """The module of a number, and all of the diagnosis that import it from there by its name."""
+    package = importlib.import_module("flexhex.diagnosis")
+    found = [importlib.import_module(home)]
+    for info in walk_packages(package.__path__, f"{package.__name__}."):
+        module = importlib.import_module(info.name)
+        source = Path(str(module.__file__)).read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.ImportFrom) and node.module == home:
+                found += [module] * any(alias.name == name for alias in node.names)
+    return found
 
 
 def varied(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path) -> Answer:

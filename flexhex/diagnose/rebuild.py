@@ -158,8 +158,7 @@ def _residuals(log: Log, before: Model, after: Model) -> Residuals:
 
 
 def _residual_rms(log: Log, side: Model) -> Array:
-    plant = side.builder.out / "fmus" / "plant.fmu"
-    return replay(plant, side.builder.machine, side.p, log).rms
+    return replay(side.builder.out / "fmus", side.builder.machine, side.p, log).rms
 
 
 def _culprit(

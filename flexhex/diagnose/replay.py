@@ -69,10 +69,12 @@ class Replay:
         return np.asarray(np.sqrt((self.residual[self.judged] ** 2).mean(axis=0)))
 
 
-def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
-    """Run plant.fmu of a machine with parameters p along a log.
+def replay(fmus: Path, machine: Machine, p: Array, log: Log) -> Replay:
+    """Run plant.fmu of a machine with parameters p along a log, with feedback.fmu beside it in the
+    folder `fmus`. The first torque comes a tick after the feedback's first.
 
-    Raises LogError when the log's channels do not meet.
+    Raises LogError when the log's channels do not meet, RunError when its angles leave the range of
+    these FMUs.
     """
     base = machine.timing.base
     angle = log["theta"]
@@ -91,7 +93,7 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
         "feedback.tau_ff": np.vstack([given[1:], given[-1:]]),
         "plant.payload": np.full(len(wanted), payload_of(log)),
     }
-    driven = _driven(plant, {**IDEAL, **plant_values(machine, p)}, inputs, machine)
+    driven = _driven(fmus, {**IDEAL, **plant_values(machine, p)}, inputs, machine)
     corrections, left = driven["feedback.tau_fb"][:-1], driven["feedback.e"][1:]
     window = hann(2 * round(WINDOW / base / 2) + 1)
     half = len(window) // 2
@@ -130,11 +132,11 @@ def _approach(theta: Array, base: float) -> Array:
 
 
 def _driven(
-    plant: Path, values: Mapping[str, float | Array], inputs: Mapping[str, Array], machine: Machine
+    fmus: Path, values: Mapping[str, float | Array], inputs: Mapping[str, Array], machine: Machine
 ) -> Result:
     """The plant under given torques and the feedback on given angles, in the executor.
 
-    inputs: what the feedback takes at each base step, its torque is at the plant one later.
+    inputs: at each base step; what the feedback makes of its own is at the plant one later.
     """
     control = machine.control.model_copy(update={"f_crossover": CROSSOVER})
     drive = machine.drive.model_copy(update={"t_command": 0.0, "t_measurement": 0.0})
@@ -146,7 +148,7 @@ def _driven(
     }
     count = len(inputs["feedback.r"])
     return run(
-        _system(plant, machine),
+        _system(fmus, machine),
         count * machine.timing.base,
         signals=("feedback.tau_fb", "feedback.e"),
         parameters=parameters,
@@ -155,12 +157,12 @@ def _driven(
     )
 
 
-def _system(plant: Path, machine: Machine) -> Package:
+def _system(fmus: Path, machine: Machine) -> Package:
     """Feedback and plant, in memory."""
-    files = {name: plant.parent / f"{name}.fmu" for name in ("feedback", "plant")}
-    fmus = {name: read_bytes(path) for name, path in files.items()}
+    files = {name: fmus / f"{name}.fmu" for name in ("feedback", "plant")}
+    data = {name: read_bytes(path) for name, path in files.items()}
     instances = tuple(
-        Instance(name, name, read_fmu(fmus[name], str(path)), {}) for name, path in files.items()
+        Instance(name, name, read_fmu(data[name], str(path)), {}) for name, path in files.items()
     )
     ends = (("feedback", "tau", "plant", "tau"), ("plant", "theta", "feedback", "theta"))
     wires = tuple(
@@ -168,4 +170,4 @@ def _system(plant: Path, machine: Machine) -> Package:
         for source, output, target, taken in ends
         for i in range(1, machine.n_arms + 1)
     )
-    return Package(plant, "replay", machine.timing.base, instances, wires, fmus)
+    return Package(fmus, "replay", machine.timing.base, instances, wires, data)

@@ -47,7 +47,8 @@ def make(
         raise ValueError(f"{sealed}: the truth must lie apart from the logs in {logs}")
     simulated = simulate(seed, category, kind, effect)
     if bare:
-        simulated = runs_of(replace(simulated.case, hidden=(), category="nothing"))
+        simulated = runs_of(simulated.case, ())
+        simulated = replace(simulated, case=replace(simulated.case, hidden=(), category="nothing"))
     case = simulated.case
     logs.mkdir(parents=True, exist_ok=True)
     sealed.mkdir(parents=True, exist_ok=True)

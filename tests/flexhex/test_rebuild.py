@@ -93,7 +93,7 @@ def rebuilt(log: Path) -> Rebuilt:
 
 def residual(builder: Builder, log: Log) -> Array:
     machine = builder.machine
-    replayed = replay(builder.out / "fmus" / "plant.fmu", machine, base_parameters(machine), log)
+    replayed = replay(builder.out / "fmus", machine, base_parameters(machine), log)
     assert replayed.followed < 1e-4, "the simulation must stay at the log's angles"
     return replayed.rms
 

@@ -1,6 +1,6 @@
 /* Drives the executor without Python, as the gateway does: a component of the host's own
    stamps the bus, a relay FMU passes the stamp on. Arguments: library, GUID, period of the
-   relay, highest stamp to send. Prints the stamps that the relay shows, or the message. */
+   relay, highest stamp to send, and `play` to have the executor write the stamps. Prints the stamps that the relay shows, or the message. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,13 +13,13 @@ int main(int argc, char **argv) {
   /* relay: Ts 0, keep 1, u[1] 2, u[2] 3, v 4, y[1] 5 */
   const fmi2ValueReference inputs[] = {2, 3, 4}, outputs[] = {5};
   const size_t sources[] = {0, 1, 1}, logged[] = {2};
-  double rows[STEPS + 1];
+  double rows[STEPS + 1], stamps[STEPS + 1][2];
   char message[256] = "";
   executor_log log = {0};
   executor_component components[2] = {{0}, {0}};
   executor *e;
   int64_t n;
-  if (argc != 5) {
+  if (argc != 5 && argc != 6) {
     return 2;
   }
   components[HOST].name = "host";
@@ -47,7 +47,16 @@ int main(int argc, char **argv) {
     return 1;
   }
   for (n = 0; n <= STEPS; n++) {
-    executor_bus(e)[0] = (double)n * atof(argv[4]) / STEPS;
+    stamps[n][0] = (double)n * atof(argv[4]) / STEPS;
+    stamps[n][1] = 0.0;
+  }
+  if (argc == 6) {
+    executor_play(e, stamps[0], STEPS + 1, 0, 2);
+  }
+  for (n = 0; n <= STEPS; n++) {
+    if (argc == 5) {
+      executor_bus(e)[0] = stamps[n][0];
+    }
     if (!executor_run(e, n + (n < STEPS))) {
       printf("%s\n", executor_message(e));
       executor_close(e);

@@ -46,8 +46,11 @@ def drive(harness: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([harness, *arguments], check=False, capture_output=True, text=True)
 
 
-def test_host_component_feeds_the_bus(harness: Path, relays: dict[int, list[str]]) -> None:
-    done = drive(harness, *relays[2], "24")
+@pytest.mark.parametrize("how", [[], ["play"]])
+def test_host_component_feeds_the_bus(
+    harness: Path, relays: dict[int, list[str]], how: list[str]
+) -> None:
+    done = drive(harness, *relays[2], "24", *how)
     assert (done.returncode, done.stderr) == (0, "")
     # row k is what the relay sampled at 2 (k - 1); nothing is sampled at 0
     stamps = [-1.0, -1.0, *(float(n) for n in range(2, 24, 2))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 from flexhex.fmus.common.errors import UsageError
 from flexhex.ssp.executor import run
+from flexhex.ssp.played import played
 from flexhex.ssp.read import read_ssp
 from tests.ssp import toys
 
@@ -63,3 +65,14 @@ def test_wrong_samples_are_refused(
 ) -> None:
     with pytest.raises(UsageError, match=re.escape(text)):
         run(ring_ssp, SECONDS, inputs=inputs, cache=cache)
+
+
+def test_whole_number_is_wanted_where_the_fmu_takes_an_integer(ring_ssp: Path) -> None:
+    package = read_ssp(ring_ssp)
+    first = package.instance("a")
+    v = first.fmu.variables["v"]
+    fmu = replace(first.fmu, variables={"v": replace(v, type="Integer")})
+    whole = replace(package, instances=(replace(first, fmu=fmu),))
+    assert played(whole, {"a.v": np.array([1.0, 2.0])}, 2).rows.tolist() == [[1.0], [2.0]]
+    with pytest.raises(UsageError, match=r"input 'a\.v': v = 2\.5, must be a whole number"):
+        played(whole, {"a.v": np.array([1.0, 2.5])}, 2)

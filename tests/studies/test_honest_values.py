@@ -69,16 +69,15 @@ def test_residual_is_that_of_the_named_axes_on_test_runs() -> None:
     assert table["right names", ending] == (1, 2)
 
 
-def test_gap_is_what_the_effect_adds_to_what_repeats_without_it() -> None:
+def test_gap_is_what_the_effect_adds_to_the_residual_of_its_machine() -> None:
     named = said("named", effect("drag", [2]))
-    # 1.2 repeats without the effect, beside noise that is twice as large as with it
-    twin = residual((4.0 + 1.2**2) ** 0.5, 2.0, 2.0)["residual"]
-    without = (1.0 + 1.2**2) ** 0.5
+    twin = residual(1.5, 1.5, 1.0)["residual"]
     closed = score(named | residual(3.0, 1.8), DRAG, twin=twin).closed
-    assert closed == pytest.approx((3.0 - 1.8) / (3.0 - without))
-    assert score(named | residual(1.02 * without, 1.5), DRAG, twin=twin).closed is None
-    quieter = residual(1.9, 2.0, 2.0)["residual"]
-    assert score(named | residual(3.0, 1.2), DRAG, twin=quieter).closed == pytest.approx(0.9)
+    assert closed == pytest.approx((3.0 - 1.8) / (3.0 - 1.5))
+    assert score(named | residual(1.55, 1.5), DRAG, twin=twin).closed is None
+    # what differs between passes and was not removed is no noise
+    drifting = named | residual(3.0, 1.8, 1.8)
+    assert score(drifting, DRAG, twin=twin).closed == pytest.approx(0.8)
 
 
 def test_one_trajectory_names_only_what_predicts_the_test_runs() -> None:

@@ -18,7 +18,7 @@ from studies import sensitivity
 from studies.families import FAMILIES
 from studies.mujoco import engines
 from studies.remembered import key_of_scores, remembered
-from studies.sensitivity import Variation, changed, summary, variations
+from studies.sensitivity import Variation, changed, summary, takers, value_of, variations
 
 
 def test_every_criterion_is_varied_and_put_back() -> None:
@@ -113,3 +113,17 @@ def test_summary_says_how_many_cases_moved() -> None:
     }
     assert result["variations"]["odds x 2"]["moved"] == []
     assert "| `odds` | 20 | 0 / 1 / 1 | 1 / 0 / 0 |" in table(result)
+
+
+def test_number_is_changed_wherever_it_was_imported_to() -> None:
+    homes = {(v.module, v.name) for v in variations(elsewhere=True)}
+    for module, name in homes:
+        own = value_of(module, name)
+        found = takers(f"flexhex.diagnosis.{module}", name)
+        assert all(getattr(taker, name) == own for taker in found), (module, name)
+    others = takers("flexhex.diagnosis.jointfit.guard", "TOGETHER")
+    assert "flexhex.diagnosis.prepare" in [taker.__name__ for taker in others]
+    variation = Variation("jointfit.guard", "TOGETHER", 0.5)
+    with changed(variation):
+        assert len({taker.TOGETHER for taker in others}) == 1
+        assert value_of("jointfit.guard", "TOGETHER") == others[-1].TOGETHER

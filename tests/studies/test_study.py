@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from flexhex.diagnosis.logs import read_log
 from studies import hidden_effects as study
-from studies.families import BARE, FAMILIES
+from studies.families import BARE, FAMILIES, Files
 from studies.hidden_effects import Task
 
 ENGINE = """
@@ -17,6 +19,12 @@ def right(paths, test_paths, machine_file):
 
 def faulty(paths, test_paths, machine_file):
     raise RuntimeError("no idea")
+
+def sure(paths, test_paths, machine_file):
+    row = {"before": 3.0, "after": 1.0, "non_repeatable": 0.9}
+    residual = {"judged_on": "held-out runs", "per_axis": {"1": row}}
+    effects = [{"id": "offset_drift", "axes": [1]}]
+    return {"verdict": "named", "effects": effects, "changed": [], "residual": residual}
 
 def curious(paths, test_paths, machine_file):
     near = sorted({p.suffix for path in paths for p in path.parent.rglob("*")})
@@ -103,16 +111,42 @@ def test_a_case_that_cannot_be_made_is_reported_and_the_study_goes_on(
     assert "| nothing hidden | silent |  | 1 of 1" in shown.out
 
 
-@pytest.mark.parametrize(("family", "seed"), [("mujoco", 0), ("generator", 0)])
-def test_bare_machine_differs_in_what_is_hidden_alone(
-    tmp_path: Path, family: str, seed: int
-) -> None:
+def both(family: str, seed: int, folder: Path) -> dict[str, Files]:
+    """A case, and the same machine with nothing hidden."""
     makers = {"whole": FAMILIES[family], "bare": BARE[family]}
-    made = {k: f(seed, tmp_path / k, tmp_path / f"truth-{k}", None) for k, f in makers.items()}
-    truths = {k: json.loads(files.sealed.read_text()) for k, files in made.items()}
-    assert truths["whole"]["hidden"]
-    assert (truths["bare"]["hidden"], truths["bare"]["category"]) == ([], "nothing")
-    for key in ("noise", "passes", "trajectories"):
-        assert truths["bare"][key] == truths["whole"][key], key
-    texts = {files.machine_file.read_text() for files in made.values()}
-    assert len(texts) == 1
+    return {k: f(seed, folder / k, folder / f"truth-{k}", None) for k, f in makers.items()}
+
+
+def test_bare_machine_of_mujoco_is_the_same_but_for_what_is_hidden(tmp_path: Path) -> None:
+    made = both("mujoco", 4, tmp_path)
+    whole, bare = (json.loads(files.sealed.read_text()) for files in made.values())
+    assert [h["id"] for h in whole["hidden"]] == ["torque_constant_saturation"]
+    assert (bare["hidden"], bare["category"]) == ([], "nothing")
+    assert len({files.machine_file.read_text() for files in made.values()}) == 1
+    # the motion for tests is too slow to saturate: there motion and noise are the same to a bit
+    slow, other = (read_log(files.test_paths[0])["tau_meas"].values for files in made.values())
+    assert np.array_equal(slow, other)
+    fast, other = (read_log(files.paths[0])["tau_meas"].values for files in made.values())
+    assert not np.array_equal(fast, other)
+
+
+def test_bare_machine_of_the_generator_differs_by_the_effect(tmp_path: Path) -> None:
+    made = both("generator", 0, tmp_path)
+    (hidden,) = json.loads(made["whole"].sealed.read_text())["hidden"]
+    assert json.loads(made["bare"].sealed.read_text())["hidden"] == []
+    whole, bare = (read_log(files.paths[0])["tau_meas"].values for files in made.values())
+    axis = hidden["axes"][0] - 1
+    apart = np.linalg.norm(whole - bare, axis=0) / np.linalg.norm(bare, axis=0)
+    assert 0.5 * hidden["size"] < apart[axis] < 2 * hidden["size"]
+    assert np.delete(apart, axis).max() < 0.1 * apart[axis]
+
+
+def test_twin_of_a_right_answer_is_stored_and_judged(toy: Path) -> None:
+    row = study.case(Task("mujoco", 0, "single", "toy_engine:sure"))
+    assert row["outcome"]["outcome"] == "right"
+    # the stand-in says of any runs that 3 became 1: nothing was added, so nothing was removed
+    assert row["twin"] == row["answer"]["residual"]
+    assert row["outcome"]["closed"] is None
+    row["twin"]["per_axis"]["1"]["before"] = 1.5
+    assert study.outcome_of(row).closed == pytest.approx((3.0 - 1.0) / (3.0 - 1.5))
+    assert study.outcome_of(row | {"twin": None}).closed is None
