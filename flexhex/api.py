@@ -38,6 +38,7 @@ from flexhex.fmus.common.errors import (
     UsageError,
 )
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.python_arguments import listed, names, numbers, reading, text
 from flexhex.python_words import in_python
 from flexhex.simulation.builder import Builder
 from flexhex.ssp import results
@@ -208,25 +209,7 @@ def read_log(
     >>> log.theta.shape[1]
     6
     """
-    return read(path, _reading(torque_constant, units, rename))
-
-
-def _reading(
-    constant: float | Sequence[float] | None,
-    units: Mapping[str, str] | None,
-    rename: Mapping[str, str] | None,
-) -> Options:
-    """How logs are read."""
-    constants = tuple(constant) if isinstance(constant, Sequence) else constant
-    return Options(constants, units or {}, rename or {})
-
-
-def _listed(name: str, logs: Sequence[Log | File]) -> list[Log | Path]:
-    """Logs and paths of an argument. UsageError for a single one."""
-    if isinstance(logs, str | Path | Log):
-        shown = repr(str(logs)) if isinstance(logs, str | Path) else "one log"
-        raise UsageError(f"{name} = {shown}: must be a list of logs or paths, [log]")
-    return [log if isinstance(log, Log) else Path(log) for log in logs]
+    return read(path, reading(torque_constant, units, rename))
 
 
 @in_python
@@ -240,7 +223,7 @@ def identify_parameters(
     >>> fit = flexhex.identify_parameters(machine, ["result.h5"])
     >>> names = flexhex.parameter_names(machine)
     """
-    given = _listed("logs", logs)
+    given = listed("logs", logs)
     return fit(machine, [g if isinstance(g, Log) else read(g, Options()) for g in given], settle)
 
 
@@ -276,14 +259,18 @@ def identify_runs(
     """
     if base == "hexapod":
         raise UsageError("base = 'hexapod': use identify_parameters")
-    known = _listed("runs", runs), _listed("held_out", held_out)
-    reading = _reading(torque_constant, units, rename)
-    options = Search(base, reading, tolerance or {}, tuple(joints))
+    known = listed("runs", runs), listed("held_out", held_out)
+    if settle is not None and not (isinstance(settle, int | float) and settle >= 0):
+        raise UsageError(f"settle = {settle!r}: must be a number [s], not below zero")
+    how = reading(torque_constant, units, rename)
+    options = Search(
+        text("base", base), how, numbers("tolerance", tolerance), names("joints", joints)
+    )
     more: Extras | None = None
     if isinstance(diagnosis, Diagnosis):
         more = extras_of(diagnosis.data(), "diagnosis")
     elif diagnosis is not None:
-        more = read_diagnosis(Path(diagnosis))
+        more = read_diagnosis(Path(text("diagnosis", diagnosis)))
     return identify(*known, None, options, settle, more=more)
 
 
@@ -322,9 +309,10 @@ def diagnose_runs(
     file = Path(machine) if machine is not None else None
     if file is None and base == "hexapod":
         file = machine_file()
-    known = _listed("runs", runs), _listed("held_out", held_out)
-    reading = _reading(torque_constant, units, rename)
-    options = Search(base, reading, tolerance or {}, tuple(joints), tuple(effects))
+    known = listed("runs", runs), listed("held_out", held_out)
+    how, chosen = reading(torque_constant, units, rename), names("joints", joints)
+    own = names("effects", effects)
+    options = Search(text("base", base), how, numbers("tolerance", tolerance), chosen, own)
     return diagnose(*known, file, options, progress)
 
 

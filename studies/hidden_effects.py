@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import subprocess
 import sys
 import tempfile
 import traceback
@@ -25,15 +24,14 @@ from typing import Any
 
 from results.record import provenance
 from studies import honest_tables
-from studies.families import BARE, FAMILIES, Files, refuse
+from studies.asked import SECONDS, answered
+from studies.families import BARE, FAMILIES, refuse
 from studies.honest import Outcome, score
 from studies.mujoco.simulate import UnstableLoopError
 from studies.store import append_line, read_lines
 
 OUT = Path("out") / "hidden"
 TODAY = "studies.mujoco.engines:today"
-SECONDS = 900.0
-"""Longest time that an engine has for a case."""
 KEPT = ("verdict", "effects", "changed", "residual", "confidence", "notes", "findings")
 """Of an answer: the rest only pictures need."""
 Row = dict[str, Any]
@@ -99,30 +97,6 @@ def bare_residual(task: Task) -> Row | None:
         return None
     residual: Row = response["answer"]["residual"]
     return residual
-
-
-def answered(engine: str, files: Files, seconds: float = SECONDS) -> Row:
-    """What the engine says in its own process."""
-    wanted = {
-        "paths": [str(p) for p in files.paths],
-        "test_paths": [str(p) for p in files.test_paths],
-        "machine_file": str(files.machine_file),
-    }
-    with tempfile.TemporaryDirectory(prefix="answer-") as name:
-        request, target = Path(name) / "request.json", Path(name) / "answer.json"
-        request.write_text(json.dumps(wanted), encoding="utf-8")
-        command = [sys.executable, "-m", "studies.mujoco.engines", engine]
-        command += [str(request), str(target)]
-        try:
-            done = subprocess.run(command, timeout=seconds, capture_output=True, text=True)
-            if target.exists():
-                response: Row = json.loads(target.read_text(encoding="utf-8"))
-                return response
-            said = f"ended with {done.returncode}: {done.stderr[-2000:]}"
-        except subprocess.TimeoutExpired:
-            said = f"no answer within {seconds:.0f} s"
-    empty = {"processor_seconds": None, "peak_bytes": None}
-    return {"answer": None, "error": "failed", "text": said, **empty}
 
 
 def attempt(task: Task) -> Row | str:

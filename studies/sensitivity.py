@@ -10,7 +10,6 @@ outcome and names with every variation. A study goes on where it stopped.
 from __future__ import annotations
 
 import argparse
-import ast
 import importlib
 import json
 import sys
@@ -18,20 +17,19 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
-from functools import lru_cache
 from pathlib import Path
-from pkgutil import walk_packages
-from types import ModuleType
 from typing import Any
 
 from results.record import provenance
 from results.tables import sensitivity
+from studies.asked import answered
 from studies.families import FAMILIES, refuse
-from studies.hidden_effects import OUT, answered, seeds
+from studies.hidden_effects import OUT, seeds
 from studies.honest import score
 from studies.mujoco import engines
 from studies.remembered import remembered
 from studies.store import append_line, read_lines
+from studies.takers import takers
 
 ENGINE, FURTHER = "studies.sensitivity:varied", "studies.sensitivity:varied_elsewhere"
 SECONDS = 7200.0
@@ -134,20 +132,6 @@ def put(variation: Variation, value: float) -> None:
         return
     for module in takers(f"flexhex.diagnosis.{variation.module}", variation.name):
         setattr(module, variation.name, value)
-
-
-@lru_cache
-def takers(home: str, name: str) -> list[ModuleType]:
-    """The module of a number, and all of the diagnosis that import it from there by its name."""
-    package = importlib.import_module("flexhex.diagnosis")
-    found = [importlib.import_module(home)]
-    for info in walk_packages(package.__path__, f"{package.__name__}."):
-        module = importlib.import_module(info.name)
-        source = Path(str(module.__file__)).read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(source)):
-            if isinstance(node, ast.ImportFrom) and node.module == home:
-                found += [module] * any(alias.name == name for alias in node.names)
-    return found
 
 
 def varied(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path) -> Answer:

@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from flexhex.diagnosis.basemodels.robot_sdf import as_urdf
+from flexhex.diagnosis.basemodels.robot_senseless import refuse_negative, refuse_no_axis
 from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind, Kinds
 from flexhex.fmus.common.errors import MachineError, UsageError, unreadable
 
@@ -48,7 +49,7 @@ def is_robot(name: str) -> bool:
 def refuse_robot(file: Path) -> None:
     """UsageError for a file that is not there, or of a kind that cannot be read."""
     if not file.is_file():
-        raise UsageError(f"--base {file}: no such file")
+        raise UsageError(f"--base {file}: {'is a folder' if file.is_dir() else 'no such file'}")
     if file.suffix == ".xacro":
         raise UsageError(f"--base {file}: a template: run `xacro {file} > robot.urdf` first")
 
@@ -71,7 +72,8 @@ def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
     pin = pinocchio(file)
     tree = robot_xml(file)
     _refuse_couplings(file, tree)
-    _refuse_negative(file, tree)
+    refuse_negative(file, tree)
+    refuse_no_axis(file, tree)
     model = _model(pin, file, tree)
     chosen = _chosen(file, tree, list(model.names)[1:], joints, axes)
     _refuse_mimics(file, tree, chosen)
@@ -196,21 +198,6 @@ def _refuse_couplings(file: Path, tree: ElementTree.Element) -> None:
             f"{file}: <equality> with <{element.tag}>: closed loops and coupled joints are not"
             " supported, a base model of your own can have them (docs/own-base.md)"
         )
-
-
-def _refuse_negative(file: Path, tree: ElementTree.Element) -> None:
-    """MachineError for a link of a negative mass, which what is fixed to it may hide."""
-    for link in (*tree.iter("link"), *tree.iter("body")):
-        for inertial in link.findall("inertial"):
-            masses = [
-                inertial.get("mass", ""),
-                *(m.get("value", "") for m in inertial.findall("mass")),
-            ]
-            for mass in masses:
-                if mass.strip().startswith("-"):
-                    raise MachineError(
-                        f"{file}: link {link.get('name')} has a mass of {mass} kg: correct it"
-                    )
 
 
 def _kind(file: Path, name: str, joint: Any) -> Kind:

@@ -72,7 +72,7 @@ def clock_of(where: str, time: Array, joins: tuple[int, ...] = ()) -> Clock:
     keep, joins = _forward(where, time, keep, joins, notes)
     t = time[keep]
     if len(t) < FEWEST:
-        raise LogError(f"{where}: {len(t)} samples are too few")
+        raise LogError(f"{where}: {len(t)} samples are too few, at least {FEWEST} are needed")
     steps = np.diff(t)
     follows = np.ones(len(steps), dtype=bool)
     follows[[j - 1 for j in joins]] = False

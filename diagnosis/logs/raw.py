@@ -25,6 +25,8 @@ CHANNELS = (
     "payload",
     "temperature",
 )
+PAYLOAD = re.compile(r"\+?(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)\s*(kg|g|)")
+"""What the head of a log may say of one."""
 SCALARS = ("payload", "temperature")
 """Channels of width one, written without an index."""
 STRETCHES = 24
@@ -218,9 +220,15 @@ def memory_finding(share: float, count: int, where: str) -> Finding:
     return Finding("memory", where, text, False)
 
 
-def texts(meta: Mapping[str, object]) -> dict[str, str]:
-    """Metadata as text, keys in small letters."""
-    return {str(key).strip().lower(): str(value).strip() for key, value in meta.items()}
+def texts(where: str, meta: Mapping[str, object]) -> dict[str, str]:
+    """Metadata as text, keys in small letters, a payload in kg. LogError for one that is none."""
+    told = {str(key).strip().lower(): str(value).strip() for key, value in meta.items()}
+    if payload := told.pop("payload", ""):
+        match = PAYLOAD.fullmatch(payload)
+        if match is None:
+            raise LogError(f"{where}: payload is {payload!r}, wanted in kg or g, as in '0.8 kg'")
+        told["payload"] = f"{float(match[1]) / 1e3:g} kg" if match[2] == "g" else payload
+    return told
 
 
 def joins_of(parts: Sequence[tuple[int, int]]) -> tuple[int, ...]:

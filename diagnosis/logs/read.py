@@ -63,7 +63,7 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
 
 def _log_of(name: str, raw: Raw, options: Options) -> Log:
     """A log of what was read; channels are taken from the tables one by one to save memory."""
-    findings, meta = list(raw.findings), texts(raw.meta)
+    findings, meta = list(raw.findings), texts(name, raw.meta)
     channels: dict[str, Channel] = {}
     clocks: dict[str, Clock] = {}
     requests = list[str]()  # all at once, so that a user answers once

@@ -72,9 +72,10 @@ def writable(option: str, page: Path) -> None:
 
 
 def refuse_unwritable(path: Path, option: str) -> None:
-    """OutputError, before anything is computed, for a file that cannot be written. Tried, as rights
-    do not say it of every folder."""
+    """OutputError, before anything is computed, for a file that cannot be written; its folder is
+    made. Tried, as rights do not say it of every folder."""
     try:
+        path.resolve().parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.resolve().parent):
             possible = not path.is_dir()
     except OSError:

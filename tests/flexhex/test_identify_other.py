@@ -82,10 +82,10 @@ WRONG = {
     "tolerance": (["--tolerance", "mass=0.1"], 2, "reads no machine file"),
     "joints": (["--joints", "a,b"], 2, "is no robot's file"),
     "urdf": (["--write", "x.urdf"], 2, "write .csv or .json"),
-    "folder": (["--write", "nowhere/x.csv"], 3, "cannot be written"),
+    "folder": (["--write", "/proc/nowhere/x.csv"], 3, "cannot be written"),
     "next": (["--next", "x.txt"], 2, "name a file like next.csv"),
     "fmu's name": (["--fmu", "my model.fmu"], 2, "letters, digits and underscores"),
-    "fmu's folder": (["--fmu", "nowhere/x.fmu"], 3, "cannot be written"),
+    "fmu's folder": (["--fmu", "/proc/nowhere/x.fmu"], 3, "cannot be written"),
     "nobody's folder": (["--fmu", "/proc/x.fmu"], 3, "--fmu /proc/x.fmu: cannot be written"),
     "twice": (["--held-out", "RUN"], 2, "name it once"),
 }
@@ -129,7 +129,7 @@ def test_motion_that_tells_more_is_written_and_read_back(runs: list[str], tmp_pa
 def test_fmu_of_what_was_found_stands_where_it_was_asked_for(
     runs: list[str], tmp_path: Path
 ) -> None:
-    fmu = tmp_path / "links.fmu"
+    fmu = tmp_path / "new" / "links.fmu"
     done = RUN.invoke(app, ["identify", *runs[:2], "--base", BASE, "--json", "--fmu", str(fmu)])
     data = json.loads(done.stdout)
     assert data["written"] == [str(fmu)]

@@ -69,3 +69,39 @@ def test_errors_name_arguments_not_options(files: list[Path]) -> None:
 ])  # fmt: skip
 def test_words_are_translated(said: str, wanted: str) -> None:
     assert translated(said) == wanted
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"runs": None}, "runs = None: must be a list of logs or paths"),
+    ({"runs": [np.zeros(3)]}, "runs[0] is of type ndarray: must be a path, or what read_log gives"),
+    ({"held_out": 5}, "held_out = '5': must be a list of logs or paths"),
+    ({"base": None}, "base = None: must be a name or a path"),
+    ({"joints": "shoulder,elbow"}, "joints = 'shoulder,elbow': must be a list of names"),
+    ({"joints": [3]}, "joints: 3 is no name"),
+    ({"tolerance": "mass=0.1"}, "tolerance = 'mass=0.1': must be a dictionary"),
+    ({"tolerance": {"mass": "wide"}}, "tolerance['mass'] = 'wide': must be a number"),
+    ({"units": "theta=deg"}, "units = 'theta=deg': must be a dictionary"),
+    ({"units": {"theta": 5}}, "units['theta'] = 5: must be a text"),
+    ({"rename": 5}, "rename = 5: must be a dictionary"),
+    ({"torque_constant": "x"}, "torque_constant = 'x': must be a number above zero"),
+    ({"torque_constant": float("nan")}, "torque_constant = nan: must be a number above zero"),
+    ({"torque_constant": [1.0, 0.0]}, "torque_constant: 0.0 is no number above zero"),
+]
+
+
+@pytest.mark.parametrize("function", [flexhex.identify_runs, flexhex.diagnose_runs])
+@pytest.mark.parametrize(("arguments", "text"), WRONG, ids=[w[1][:24] for w in WRONG])
+def test_argument_of_a_wrong_type_is_refused_by_name(
+    function: Callable[..., Any], files: list[Path], arguments: dict[str, Any], text: str
+) -> None:
+    with pytest.raises(flexhex.UsageError) as error:
+        function(**{"runs": files, "base": "axis", **arguments})
+    assert str(error.value).startswith(text)
+
+
+def test_effects_are_a_list_and_settling_a_time(files: list[Path]) -> None:
+    with pytest.raises(flexhex.UsageError, match=r"effects = 'e\.py:X': must be a list of names"):
+        flexhex.diagnose_runs(files, base="axis", effects="e.py:X")
+    for settle in (-1, "x"):
+        with pytest.raises(flexhex.UsageError, match=r"settle = .*: must be a number"):
+            flexhex.identify_runs(files, base="axis", settle=settle)  # type: ignore[arg-type]

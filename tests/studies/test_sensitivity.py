@@ -18,7 +18,8 @@ from studies import sensitivity
 from studies.families import FAMILIES
 from studies.mujoco import engines
 from studies.remembered import key_of_scores, remembered
-from studies.sensitivity import Variation, changed, summary, takers, value_of, variations
+from studies.sensitivity import Variation, changed, summary, value_of, variations
+from studies.takers import takers
 
 
 def test_every_criterion_is_varied_and_put_back() -> None:

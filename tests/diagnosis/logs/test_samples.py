@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from flexhex.diagnosis.logs import read_log
+from flexhex.diagnosis.runs.runs import payload_of
+from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.logs.test_faults import finding
 from tests.diagnosis.synthetic import TS, motion, plain_csv
 
@@ -73,3 +76,20 @@ def test_values_that_a_logger_repeats_are_read_at_their_own_rate(tmp_path: Path)
     np.testing.assert_allclose((theta.t0, theta.ts), (2 * TS, 3 * TS))
     np.testing.assert_allclose(theta.values, once[2::3], atol=1e-9)
     assert [len(log[name].values) for name in ("tau_meas", "tau")] == [len(once)] * 2
+
+
+@pytest.mark.parametrize(
+    ("told", "mass"), [("0.8", 0.8), ("0.8 kg", 0.8), ("800 g", 0.8), (".5kg", 0.5), ("0", 0.0)]
+)
+def test_payload_in_the_head_is_in_kg(told: str, mass: float, tmp_path: Path) -> None:
+    path = plain_csv(tmp_path / "a.csv", motion())
+    path.write_text(f"# payload: {told}\n{path.read_text()}")
+    assert payload_of(read_log(path)) == pytest.approx(mass)
+
+
+@pytest.mark.parametrize("told", ["2 lb", "heavy", "-5 kg", "nan", "0.8 kg g"])
+def test_payload_that_is_none_is_refused(told: str, tmp_path: Path) -> None:
+    path = plain_csv(tmp_path / "a.csv", motion())
+    path.write_text(f"# payload: {told}\n{path.read_text()}")
+    with pytest.raises(LogError, match=rf"a\.csv: payload is '{told}', wanted in kg or g"):
+        read_log(path)

@@ -173,6 +173,7 @@ WRONG: dict[str, tuple[str, str]] = {
     ),
     "inertial": (INERTIAL.sub(r"\1", ARM), "joint j4 moves has no mass.*for link link_4"),
     "negative": (ARM.replace('value="0.4"', 'value="-0.4"'), "link tool has a mass of -0.4 kg"),
+    "axis": (ARM.replace('"0 0 1"', '"0 0 0"', 1), "joint j1 has the axis 0 0 0: no direction"),
     "comma": (ARM.replace('value="1.2"', 'value="1,2"'), r"mass \[1,2\] is not a float"),
     "tag": (ARM.replace('<mass value="1.2"', '<mas value="1.2"'), r"must have a mass element"),
     "type": (
