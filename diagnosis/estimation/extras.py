@@ -59,12 +59,13 @@ class Extra:
 @dataclass(frozen=True)
 class Extras:
     """What is fitted beside; notes: what is not, and why; where: what says so; changed: parameters
-    of the base model and payloads."""
+    of the base model and payloads; last: the last axis that anything is on, from 1."""
 
     listed: tuple[Extra, ...] = ()
     notes: tuple[str, ...] = ()
     where: str = ""
     changed: tuple[Change, ...] = ()
+    last: int = 0
 
     def beside(self, friction: Sequence[Known]) -> list[Known]:
         """Parameters of friction without those that an effect has in its gains."""
@@ -77,12 +78,9 @@ class Extras:
 
     def check(self, n: int) -> None:
         """UsageError where they are another machine's."""
-        beyond = [one for one in self.listed if one.axis >= n]
-        if beyond:
-            raise UsageError(
-                f"{self.where}: {beyond[0].effect.id} on axis {beyond[0].axis + 1}, the base"
-                f" model has {n}: diagnose these logs"
-            )
+        if self.last > n:
+            text = f"names an effect on axis {self.last}, the base model has {n}"
+            raise UsageError(f"{self.where}: {text}: diagnose these logs")
 
     def columns(self, model: Calibrated) -> list[Array]:
         """Smoothed columns (m, n, k) of gains and free shapes, effect by effect, in each block."""

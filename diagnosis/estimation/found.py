@@ -58,7 +58,8 @@ def extras_of(data: Any, where: str) -> Extras:
             listed += there
             if not there:
                 notes.append(f"{id} is not fitted on axis {axis}: it has no values there")
-    return Extras(tuple(listed), tuple(notes), where, changed)
+    last = max((axis for _, axes, *_ in effects for axis in axes), default=0)
+    return Extras(tuple(listed), tuple(notes), where, changed, last)
 
 
 def _values(effect: Mapping[str, Any]) -> dict[str, float]:

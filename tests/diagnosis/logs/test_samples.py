@@ -93,3 +93,10 @@ def test_payload_that_is_none_is_refused(told: str, tmp_path: Path) -> None:
     path.write_text(f"# payload: {told}\n{path.read_text()}")
     with pytest.raises(LogError, match=rf"a\.csv: payload is '{told}', wanted in kg or g"):
         read_log(path)
+
+
+def test_torque_that_is_nothing_is_refused(tmp_path: Path) -> None:
+    run = motion()
+    run["tau_meas"] *= 1e-40
+    with pytest.raises(LogError, match=r"tau_meas is nowhere larger than .*e-4\d: is it in the"):
+        read_log(plain_csv(tmp_path / "a.csv", run))
