@@ -31,6 +31,9 @@ from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 
 SOURCE = "diagnosed"
+STIFFEST = 0.002
+"""Stiffness of dry friction that has not yet given way, k Ts^2 / J of a joint, that the plant's
+steps integrate. Measured on the default machine: with 0.007 it runs away, with 0.0022 not."""
 Entry = dict[str, Any]
 
 
@@ -75,13 +78,14 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     same shape on the same axis grows by what was found. Raises MachineError when the result
     is no machine.
     """
-    data = machine_data(machine_file)
+    data, machine = machine_data(machine_file), load_machine(machine_file)
+    softest = machine.timing.base**2 / (STIFFEST * machine.control.J_design)
     lasting = [change for change in diagnosis.changed if not change.runs]
     sections, left_out = changed_sections(data, lasting)
     known = [dict(entry) for entry in data.get("effects", [])]
     new: list[Entry] = []
     for named in diagnosis.effects:
-        entries, refused = _entries(named, known)
+        entries, refused = _entries(named, known, softest)
         new += entries
         left_out += refused
     base = os.path.relpath(machine_file.resolve(), out.resolve().parent)
@@ -104,12 +108,14 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     return Extended(out, tuple(left_out))
 
 
-def _entries(named: Named, known: list[Entry]) -> tuple[list[Entry], list[str]]:
-    """Entries of one effect, one for each shape, beside what does not fit; `known` ones grow."""
+def _entries(named: Named, known: list[Entry], softest: float) -> tuple[list[Entry], list[str]]:
+    """Entries of one effect, one for each shape, beside what does not fit; `known` ones grow.
+    softest [rad/(N m)]: see `_given_way`."""
     effect, refused = library()[named.id], []
     by_shape: dict[tuple[float, ...], dict[int, AxisEstimates]] = {}
     for axis, estimates in named.parts:
-        part = AxisEstimates(axis, {**estimates, **_bounded(effect, estimates)})
+        possible = {**estimates, **_bounded(effect, estimates)}
+        part = AxisEstimates(axis, possible | _given_way(effect, possible, softest))
         trouble = _trouble(effect, part)
         if trouble:
             refused.append(trouble)
@@ -129,6 +135,19 @@ def _bounded(effect: Effect, estimates: Mapping[str, Estimate]) -> dict[str, Est
         if estimate.ci95[0] <= value <= estimate.ci95[1]:
             bounded[gain.name] = replace(estimate, value=value)
     return bounded
+
+
+def _given_way(
+    effect: Effect, estimates: Mapping[str, Estimate], softest: float
+) -> dict[str, Estimate]:
+    """The angle within which friction turns over, at least `softest` [rad/(N m)] of its torque:
+    what runs cannot tell from a sign may be stiffer than the plant's steps integrate."""
+    angle = estimates.get("s_0")
+    if angle is None:
+        return {}
+    torque = sum(abs(estimates[g.name].value) for g in effect.gains if g.unit == "N m")
+    most = next(shape.high for shape in effect.shapes if shape.name == "s_0")
+    return {"s_0": replace(angle, value=min(max(angle.value, softest * torque), most))}
 
 
 def _axis(part: AxisEstimates) -> int:

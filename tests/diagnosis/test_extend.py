@@ -191,3 +191,20 @@ def test_gain_that_noise_pushed_below_zero_is_zero(tmp_path: Path) -> None:
     parts["F_s"] = Estimate(-0.02, (-0.024, -0.016), "N m")
     done = extend(MACHINE_FILE, example, tmp_path / "new.toml")
     assert "stribeck_friction on axis 3" in done.left_out[0]
+
+
+def test_friction_gives_way_within_what_the_plant_integrates(tmp_path: Path) -> None:
+    machine = load_machine(MACHINE_FILE)
+
+    def angle(value: float) -> float:
+        parts = {
+            "F_c": Estimate(0.0107, (0.009, 0.012), "N m"),
+            "s_0": Estimate(value, (-np.inf, np.inf), "rad"),
+        }
+        example = diagnosis((named("coulomb_friction", ((3, parts),)),))
+        (use,) = load_machine(extended_file(MACHINE_FILE, example, tmp_path / "new.toml")).effects
+        return use.shape["s_0"]
+
+    stiffness = 0.0107 / angle(1e-6)
+    assert stiffness * machine.timing.base**2 / machine.control.J_design <= 0.0021
+    assert angle(1e-4) == 1e-4, "what can be integrated stays"
