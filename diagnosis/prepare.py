@@ -21,7 +21,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run
-from flexhex.diagnosis.runs.runs import refuse_slow, runs_of, starts_of
+from flexhex.diagnosis.runs.runs import refuse_nothing, refuse_slow, runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -102,6 +102,7 @@ def run_set_of(
     )
     for log in (*ours, *theirs):
         refuse_slow(log)
+        refuse_nothing(log)
     logs.refuse_copies([*ours, *theirs])
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)

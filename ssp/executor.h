@@ -89,8 +89,9 @@ executor *executor_open(const executor_component *components, size_t n_component
  */
 bool executor_run(executor *e, int64_t until);
 
-/* Rows of n_slots values that the executor writes to the bus itself, from `slot` on: row n at n, the
-   last one from then on. They are the caller's and outlive the executor. Before executor_run. */
+/* Rows of n_slots values that the executor writes to the bus itself, from `slot` on: row n at n,
+   the last one from then on. They are the caller's and outlive the executor. Before executor_run.
+ */
 void executor_play(executor *e, const double *rows, size_t n_rows, size_t slot, size_t n_slots);
 
 int64_t executor_now(const executor *e);

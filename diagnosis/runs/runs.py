@@ -23,6 +23,8 @@ SKIPPED = 100
 """Runs at most that are taken to lie between two; numbers further apart are labels."""
 FASTEST = 1e-3
 """Model columns are evaluated no more often than this [s]; torques keep their own rate."""
+NOTHING = 1e-30
+"""Nothing that is measured is so small, in SI units: squares of such numbers are zero."""
 SLOWEST = 0.05
 """Longest sample time [s]. Axes under control answer within some tenths of a second, and the
 shortest window takes four samples: beyond it accelerations are over before they are seen. A log of
@@ -38,6 +40,15 @@ def refuse_slow(log: Log) -> None:
             f" axis accelerates: is `time` in ms (that would be {1 / (1e-3 * ts):.3g} Hz)?"
             " --unit time=ms says so"
         )
+
+
+def refuse_nothing(log: Log) -> None:
+    """LogError where angles or torques are next to nothing."""
+    for name in ("theta", "tau_meas"):
+        largest = float(np.nanmax(np.abs(log[name].values), initial=0.0))
+        if 0 < largest < NOTHING:
+            unit = "is it in the unit that it should have?"
+            raise LogError(f"{log.name}: {name} is nowhere larger than {largest:.3g}: {unit}")
 
 
 def runs_of(

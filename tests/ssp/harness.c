@@ -1,6 +1,7 @@
 /* Drives the executor without Python, as the gateway does: a component of the host's own
    stamps the bus, a relay FMU passes the stamp on. Arguments: library, GUID, period of the
-   relay, highest stamp to send, and `play` to have the executor write the stamps. Prints the stamps that the relay shows, or the message. */
+   relay, highest stamp to send, and `play` to have the executor write the stamps. Prints the stamps
+   that the relay shows, or the message. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.logs import read_log
-from flexhex.diagnosis.runs.runs import payload_of
+from flexhex.diagnosis.runs.runs import payload_of, refuse_nothing
 from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.logs.test_faults import finding
 from tests.diagnosis.synthetic import TS, motion, plain_csv
@@ -98,5 +98,6 @@ def test_payload_that_is_none_is_refused(told: str, tmp_path: Path) -> None:
 def test_torque_that_is_nothing_is_refused(tmp_path: Path) -> None:
     run = motion()
     run["tau_meas"] *= 1e-40
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
     with pytest.raises(LogError, match=r"tau_meas is nowhere larger than .*e-4\d: is it in the"):
-        read_log(plain_csv(tmp_path / "a.csv", run))
+        refuse_nothing(log)
