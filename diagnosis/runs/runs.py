@@ -24,7 +24,8 @@ SKIPPED = 100
 FASTEST = 1e-3
 """Model columns are evaluated no more often than this [s]; torques keep their own rate."""
 NOTHING = 1e-30
-"""Nothing that is measured is so small, in SI units: squares of such numbers are zero."""
+"""Angles or torques that are all smaller are no measurement, in SI units. Fits fail where squares
+underflow, from 1e-154 on: the limit is far from that, and from anything measured."""
 SLOWEST = 0.05
 """Longest sample time [s]. Axes under control answer within some tenths of a second, and the
 shortest window takes four samples: beyond it accelerations are over before they are seen. A log of
