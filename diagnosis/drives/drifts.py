@@ -20,7 +20,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.naming import named_of
 from flexhex.diagnosis.runs.blocks import JUDGED, LEAST, Block, Run, blocks
 from flexhex.diagnosis.runs.noise import measured
-from flexhex.diagnosis.selection.bars import Bars, beyond_chance, shown
+from flexhex.diagnosis.selection.bars import Bars, beyond_chance, repeated, shown
 from flexhex.diagnosis.selection.choose import (
     Accepted,
     best_first,
@@ -36,6 +36,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     ColumnsByAxis,
 )
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
 from flexhex.diagnosis.selection.unrefuted import refuted
@@ -66,16 +67,7 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     if len(rows.folds) < 2:
         return []
     hypotheses = Hypotheses(bench, rows)
-    kept = list[Accepted]()
-    for axis in range(rows.n):
-        wanders = [_offsets(rows, axis), _walk(rows, axis)]
-        wander = generic_score(hypotheses.moments, wanders).gain
-        least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
-        scores = effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis])
-        bars = Bars(least, least)
-        good = [s for s in best_first(scores) if beyond_chance(s, (), bars, criteria)]
-        if good and shown(good[0], criteria):
-            kept.append(simplest(good[0], good, 1, criteria))
+    kept = _beyond_wander(hypotheses, criteria)
     kept, fit = firm(bench, one_cause(kept), criteria)
     others = None
     if judged and kept:
@@ -85,6 +77,27 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         kept, fit = (kept, fit) if len(left) == len(kept) else firm(bench, left, criteria)
     named = named_of(fit, errors_of(kept, criteria))
     return [Side(fit, others, tuple(named))] if named else []
+
+
+def _beyond_wander(hypotheses: Hypotheses, criteria: Criteria) -> list[Accepted]:
+    """The drift of each axis that predicts better than offsets that wander; one that another axis
+    has is no surprise."""
+    rows, kept = hypotheses.rows, dict[int, Accepted]()
+    first, again = log(rows.n * len(DRIFTS) / criteria.false_alarms), log(criteria.odds * rows.n)
+    listed = dict[int, tuple[Bars, list[Score]]]()
+    for axis in range(rows.n):
+        wanders = [_offsets(rows, axis), _walk(rows, axis)]
+        least = max(generic_score(hypotheses.moments, wanders).gain, 0.0)
+        scores = best_first(effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis]))
+        listed[axis] = Bars(least + first, least + again), scores
+    while True:
+        known, before = [each.score for each in kept.values()], len(kept)
+        for axis, (bars, scores) in listed.items():
+            good = [s for s in scores if beyond_chance(s, known, bars, criteria)]
+            if axis not in kept and good and shown(good[0], criteria, repeated(good[0], known)):
+                kept[axis] = simplest(good[0], good, 1, criteria)
+        if len(kept) == before:
+            return [kept[axis] for axis in sorted(kept)]
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:

@@ -74,14 +74,14 @@ def deviations_of(
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
     free = np.ones(len(shaped), dtype=bool)
     changes = rotor_changes(bench, regression, parts, columns)
-    reach, far = np.zeros((2, len(shaped)))
+    reach, far, still = *np.zeros((2, len(shaped))), ~columns.any(axis=0)
     together: Array | None = None
     while True:
         gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])), changes)
         together = gain.own if together is None else together
         deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
         deviation[gain.lost] = np.inf
-        deviation[:count][~columns.any(axis=0)] = 0.0  # held at zero
+        deviation[:count][still] = 0.0
         unsure = np.zeros(len(shaped))
         unsure[free] = deviation[count:] / sizes[free]
         if not (unsure > UNDETERMINED).any():
@@ -104,6 +104,7 @@ def deviations_of(
         bent[k][name] = float(far[j])
     # what gains change by with a shape
     moved = inverted(together[:count, :count]) @ together[:count, count:]
+    moved[still] = 0.0
     unsure, turned = (np.linalg.norm(moved * each, axis=1) for each in (reach, far))
     if free.any():
         gain = regression.gain(Columns(None, columns), changes)

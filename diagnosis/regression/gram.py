@@ -14,18 +14,21 @@ WEAK = 0.1
 """Share of a column's square that must repeat from pass to pass: products of less are chance."""
 
 
-def safe_gram(S: Array, own: Array) -> Array:
-    """A Gram matrix of what is left of columns, such that what is absorbed gains nothing.
-
-    own: of the columns before; a column of which less than ABSORBED is left counts as gone.
+def safe_gram(S: Array, within: Array, gone: NDArray[np.bool_]) -> Array:
+    """A Gram matrix (k, k) of what is left of columns, such that those that are gone gain nothing;
+    within: their squares (k,) before. One of zeros has the size of one: its inverse stays finite.
     """
-    S, size = (S + S.T) / 2, np.maximum(np.diag(own), 1e-300)
-    return np.asarray(S + np.diag(np.where(is_left(S, own), 1e-9, 1e9) * size))
+    S, size = (S + S.T) / 2, np.where(within > 0, within, 1.0)
+    return np.asarray(S + np.diag(np.where(gone, 1e9, 1e-9) * size))
 
 
-def is_left(S: Array, own: Array) -> NDArray[np.bool_]:
-    """Columns (k,) of which something is left."""
-    return np.asarray(np.diag(S) > ABSORBED * np.maximum(np.diag(own), 1e-300))
+def is_gone(S: Array, within: Array, left: Array) -> NDArray[np.bool_]:
+    """Columns (k,) that the base model explains, or of which what it leaves hardly repeats.
+
+    S (k, k): products between passes of what is left; within, left (k,): squares before and after.
+    """
+    least = np.maximum(ABSORBED * within, WEAK * left)
+    return np.asarray(np.diag(S) <= least)
 
 
 def inverted(S: Array) -> Array:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.gains import Beside, GainEstimate
 from flexhex.diagnosis.regression.gram import (
-    WEAK,
     inverted,
-    is_left,
+    is_gone,
     safe_gram,
     safe_inverse,
     undetermined,
@@ -29,20 +29,6 @@ class Columns:
 
     axis: int | None
     values: Array
-
-
-@dataclass(frozen=True)
-class GainEstimate:
-    """Gains beta (k,) of columns with their covariance, robust to errors that go together within a
-    cluster. lost (k,): columns that do not repeat, or that the base takes up: the rows say nothing
-    of their gains, and their covariance is none. own (k, k): products of the columns without what
-    the base takes up.
-    """
-
-    beta: Array
-    covariance: Array
-    lost: NDArray[np.bool_]
-    own: Array
 
 
 @dataclass(frozen=True)
@@ -182,61 +168,60 @@ class Regression:
     def falls(self, axis: int | None, C: Array, k: int) -> Array:
         """Falls of the sum of squares for candidates of k neighbouring columns each.
 
-        0 for columns that hardly repeat between passes.
+        0 for candidates with columns that hardly repeat between passes.
         """
-        twin, cross, c = self.products(axis, C)
-        solved = self.solve(cross)
-        there = self.times(solved) if axis is None else self.B.times(axis, solved)
-        left = ((C - there) ** 2).sum(axis=0)
+        beside = self._beside(Columns(axis, C))
         falls = []
         for at in range(0, C.shape[1], k):
             part = slice(at, at + k)
-            own = twin[:, part].T @ C[:, part]
-            S = own - cross[:, part].T @ solved[:, part]
-            weak = (np.diag(S) < WEAK * left[part]).any()
-            falls.append(0.0 if weak else c[part] @ np.linalg.solve(safe_gram(S, own), c[part]))
+            S, c = beside.gram[part, part], beside.c[part]
+            falls.append(0.0 if beside.lost[part].any() else c @ np.linalg.solve(S, c))
         return np.array(falls)
 
     def fall(self, columns: Columns) -> tuple[float, Array]:
-        """Fall of the sum of squares by columns fitted beside the base, and their gains (k,)."""
-        C = columns.values
-        twin, cross, c = self.products(columns.axis, C)
-        own = twin.T @ C
-        beta = np.linalg.solve(safe_gram(own - cross.T @ self.solve(cross), own), c)
-        return float(c @ beta), np.asarray(beta)
+        """Fall of the sum of squares by columns fitted beside the base, and their gains (k,); none
+        by columns that hardly repeat between passes."""
+        beside = self._beside(columns)
+        beta = np.linalg.solve(beside.gram, beside.c)
+        return float(beside.c @ beta), np.asarray(beta)
+
+    def _beside(self, columns: Columns) -> Beside:
+        """Columns beside the base model."""
+        axis, C = columns.axis, columns.values
+        twin, cross, c = self.products(axis, C)
+        moved, own = self.solve(cross), twin.T @ C
+        there = self.times(moved) if axis is None else self.B.times(axis, moved)
+        S, within = own - cross.T @ moved, (C**2).sum(axis=0)
+        lost = is_gone(S, within, ((C - there) ** 2).sum(axis=0))
+        return Beside(twin, c, moved, safe_gram(S, within, lost), lost)
 
     def gain(self, columns: Columns, changes: Array | None = None) -> GainEstimate:
-        """Gains of columns beside the base model, and their cluster-robust covariance, axis by axis
-        as that takes memory; changes (R, r): of what the columns explain by one standard deviation
-        of other values that they depend on. What is known of parameters counts as rows."""
-        C = columns.values
-        twin, cross, c = self.products(columns.axis, C)
-        moved = self.solve(cross)
-        own = twin.T @ C
-        S = own - cross.T @ moved
-        alone, lost = safe_gram(S, own), ~is_left(S, own)
-        beta = np.asarray(np.linalg.solve(alone, c), dtype=float)
-        known = -np.sqrt(self.prior * self.doubt)[:, None] * moved
+        """Gains of columns beside the base model, and their cluster-robust covariance; changes
+        (R, r): of what the columns explain by one standard deviation of other values that they
+        depend on. What is known of parameters counts as rows."""
+        beside = self._beside(columns)
+        beta = np.asarray(np.linalg.solve(beside.gram, beside.c), dtype=float)
+        known = -np.sqrt(self.prior * self.doubt)[:, None] * beside.moved
         scores, count = np.zeros((self.clusters, len(beta))), self.clusters
         by_changes = np.zeros((0 if changes is None else changes.shape[1], len(beta)))
         for i in range(self.layout.n):
             # columns without what the base explains, and those of the other pass
             there = self.layout.rows(i)
-            clean = -self.B.times(i, moved)
+            clean = -self.B.times(i, beside.moved)
             other = self.layout.across(clean, i)
             if columns.axis in (None, i):
                 place = there if columns.axis is None else slice(None)
-                clean += C[place]
-                other += twin[place]
+                clean += columns.values[place]
+                other += beside.twin[place]
             left, cluster = self.residual[there] - clean @ beta, self.layout.cluster[there]
             for k, values in enumerate(other.T):
                 scores[:, k] += np.bincount(cluster, weights=left * values, minlength=count)
             if changes is not None:
                 by_changes += changes[there].T @ other
-        A, ideas = inverted(alone), np.vstack([known, by_changes])
+        A, ideas = inverted(beside.gram), np.vstack([known, by_changes])
         factor = count / max(1, count - 1)
         covariance = A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A
-        return GainEstimate(beta, np.asarray(covariance), lost, alone)
+        return GainEstimate(beta, np.asarray(covariance), beside.lost, beside.gram)
 
     @property
     def strain(self) -> float:

@@ -105,17 +105,18 @@ class Blur:
 
 def felt(score: Score, left: Mapping[Axis, float], alike: Callable[[Score], float]) -> float:
     """Of what errors have left on each axis [nats], what a hypothesis may gain by it: of those on
-    its axis as far as it is alike, of those on other axes as far as it is felt there."""
+    its axis as far as it is alike, of those on other axes as far as it is felt there, and no more
+    than it gains there."""
     axis = score.hypothesis.axis
 
-    def share(other: Axis) -> float:
+    def gained(other: Axis, own: float) -> float:
         if axis is None or other is None:
-            return 1.0
+            return own
         if other == axis:
-            return alike(score)
-        return score.spread[other] if score.spread else 0.0
+            return alike(score) * own
+        return score.spread[other] * min(own, score.gain) if score.spread else 0.0
 
-    return sum(share(other) * own for other, own in left.items() if own > 0)
+    return sum(gained(other, own) for other, own in left.items() if own > 0)
 
 
 def _left(score: Score, criteria: Criteria) -> float:

@@ -63,22 +63,22 @@ def chosen(
     plainly: Plainly,
 ) -> Accepted | None:
     """What is accepted of the scores of a round beside those that are known; least: what one must
-    gain [nats]. Where the best of an axis is too small for a name, what is larger but explains less
-    is not there."""
-    faint = dict[Axis, Score]()
+    gain [nats]. Where the best of an axis is too small for a name, what is larger but explains no
+    more is not there."""
+    faint = set[Axis]()
 
     def good(score: Score, criteria: Criteria = criteria) -> bool:
         there = shown(score, criteria, repeated(score, known))
         return there and beyond_chance(score, known, bars, criteria, plainly)
 
     for score in scores:
-        best, error = faint.get(score.hypothesis.axis, score), form_error(score, criteria)
-        if score.gain <= least(score) or not as_good(score.gain, best.gain, error, criteria):
+        axis = score.hypothesis.axis
+        if score.gain <= least(score) or axis in faint:
             continue
         if good(score):
             return simplest(score, scores, number, criteria, good)
-        if best is score and good(score, replace(criteria, smallest_effect=0.0)):
-            faint[score.hypothesis.axis] = score
+        if good(score, replace(criteria, smallest_effect=0.0)):
+            faint.add(axis)
     return None
 
 

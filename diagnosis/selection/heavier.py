@@ -13,15 +13,17 @@ from flexhex.diagnosis.selection.moments import Moments
 
 
 def moved_gain(moments: Moments) -> float:
-    """What a model loses if the bodies that have another mass get the machine file's again, and all
-    other parameters follow [nats]."""
+    """What a model loses if the bodies that have another mass get the machine file's again, within
+    the tolerances that they had, and all other parameters follow [nats]."""
     model = moments.rows.model
     moved = np.array([known.nominal - known.written for known in model.known])
     step = np.zeros(moments.m)
     step[: len(moved)] = np.divide(moved, model.scale, where=moved != 0, out=np.zeros(len(moved)))
-    (G, b), fit = moments.gram(None), moments.fit(None)
+    written = moments.loosened([k for k, known in enumerate(model.known) if known.wider > 1], 1.0)
+    G, b = moments.gram(None)
     back = b + G @ step
-    worse = step @ (b + back) - back @ fit.solve(back) + b @ fit.q
+    there = written.fit(None).solve(back)
+    worse = step @ (b + back) - back @ there + b @ moments.fit(None).q
     return float(worse) / 2
 
 

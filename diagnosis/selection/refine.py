@@ -92,23 +92,25 @@ def _uphill(
     (now, evidence), searched = start, hypotheses.searched(effect)
     widths = dict[str, tuple[float, float]]()
     for level in range(1, HALVINGS + 1):
-        steep = False
-        for shape in searched:
-            name, flat = shape.name, FLAT * (1 + error**2 * max(evidence, 0.0))
-            below, above = _way(effect, start[0], name)
-            values = np.array([now[name] - below / 2**level, now[name] + above / 2**level])
-            beside = [{**now, name: v} for v in np.clip(values, shape.low, shape.high).tolist()]
-            # both in one go, which reads the base model's columns once
-            listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
-            steep |= bool((np.abs(listed - evidence) > flat).any())
-            fall = evidence - float(listed.mean())
-            if flat < fall < np.inf:
-                # a bell falls by x^2 / 2 in x standard deviations
-                step = sqrt((below**2 + above**2) / 2) / 2**level
-                widths[name] = step / sqrt(2 * fall), min(below, above)
-            higher = int(np.argmax(listed))
-            if listed[higher] > evidence + FLAT:
-                now, evidence = beside[higher], float(listed[higher])
+        steep, moved = False, True
+        while moved:
+            moved = False
+            for shape in searched:
+                name, flat = shape.name, FLAT * (1 + error**2 * max(evidence, 0.0))
+                below, above = _way(effect, start[0], name)
+                values = np.array([now[name] - below / 2**level, now[name] + above / 2**level])
+                beside = [{**now, name: v} for v in np.clip(values, shape.low, shape.high).tolist()]
+                # both in one go, which reads the base model's columns once
+                listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
+                steep |= bool((np.abs(listed - evidence) > flat).any())
+                fall = evidence - float(listed.mean())
+                if flat < fall < np.inf:
+                    # a bell falls by x^2 / 2 in x standard deviations
+                    step = sqrt((below**2 + above**2) / 2) / 2**level
+                    widths[name] = step / sqrt(2 * fall), min(below, above)
+                higher = int(np.argmax(listed))
+                if listed[higher] > evidence + FLAT:
+                    now, evidence, moved = beside[higher], float(listed[higher]), True
         if not steep:
             break
     return hypotheses.shaped(effect, now), evidence, widths

@@ -77,11 +77,12 @@ class Score:
     @property
     def confirmed(self) -> float:
         """The lesser of what other folds say of it and what it then adds to one that they predict,
-        for the fold that confirms it best: no single one decides [nats]. Of parameters what is left
-        without the fold that shows it best."""
+        for the fold that confirms it best: no single one decides [nats]. Parameters follow the
+        other folds, changed or not: of these what is left without any fold, if that is more."""
+        predicted = float(np.minimum(self.without, self.by_fold).max())
         if isinstance(self.hypothesis, ChangedParameter):
-            return float(self.without.min())
-        return float(np.minimum(self.without, self.by_fold).max())
+            return max(predicted, float(self.without.min()))
+        return predicted
 
     @property
     def effect(self) -> tuple[str, Axis, Mapping[str, float]]:

@@ -137,10 +137,11 @@ class Search:
 
     def _determined(self, score: Score) -> bool:
         """Whether the runs, not noise alone, determine a model with it, if they do without."""
-        if isinstance(score.hypothesis, Payload) or not self.moments.fit(None).sure:
+        if isinstance(score.hypothesis, Payload) or not _sure(self.moments, self.terms):
             return True
-        self.longer = self.moments, score, *self._with(score)
-        return self.longer[2].fit(None).sure
+        longer, terms = self._with(score)
+        self.longer = self.moments, score, longer, terms
+        return _sure(longer, [*self.terms, terms])
 
     def _with(self, score: Score, *terms: Term) -> tuple[Moments, tuple[Term, ...]]:
         """The model with a hypothesis; terms: of the same effect before, whose products with others
@@ -226,6 +227,12 @@ class Search:
             return
         again = accepted.score.effect == before.score.effect
         self.accept(accepted, place, *(terms if again else ()))
+
+
+def _sure(moments: Moments, terms: Sequence[tuple[Term, ...]]) -> bool:
+    """Whether the runs determine a model without its errors of form: friction and what is nearly
+    alike have some that noise alone moves, and are no less sure for that."""
+    return moments.without(*(error for _, error in filter(None, terms))).fit(None).sure
 
 
 def _wider(accepted: Accepted | None, listed: Sequence[Score]) -> set[Axis]:

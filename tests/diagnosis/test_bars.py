@@ -32,14 +32,25 @@ def score(gain: float, axis: int, spread: tuple[float, ...] = (), size: float = 
 
 
 @pytest.mark.parametrize(
-    ("axis", "spread", "left"),
-    [(0, (), 1010.0), (1, (), 10.0), (1, (0.4, 0.6), 410.0)],
-    ids=["same axis", "another one", "another one that base parameters tie to it"],
+    ("axis", "gain", "spread", "left"),
+    [
+        (0, 1.0, (), 1010.0),
+        (1, 1.0, (), 10.0),
+        (1, 5000.0, (0.4, 0.6), 410.0),
+        (1, 200.0, (0.4, 0.6), 90.0),
+    ],
+    ids=[
+        "same axis",
+        "another one",
+        "another one that base parameters tie to it",
+        "another one, where it gains little",
+    ],
 )
 def test_errors_count_where_they_are_felt(
-    axis: int, spread: tuple[float, ...], left: float
+    axis: int, gain: float, spread: tuple[float, ...], left: float
 ) -> None:
-    assert felt(score(1.0, axis, spread), LEFT, lambda _: 1.0) == pytest.approx(left)
+    """And no more of them than it gains there."""
+    assert felt(score(gain, axis, spread), LEFT, lambda _: 1.0) == pytest.approx(left)
 
 
 @pytest.mark.parametrize(("doubt", "there"), [(1.0, True), (9.0, True), (11.0, False)])

@@ -109,34 +109,11 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     unsure = SimpleNamespace(sure=False)
-    moments = SimpleNamespace(without=lambda *_: None, fit=lambda _: unsure)
+    moments = SimpleNamespace(without=lambda *_: moments, fit=lambda _: unsure)
     hypotheses: Any = SimpleNamespace(rows=rows, moments=moments)
     accepted, _ = search.Search(hypotheses, USUAL).next(1)
     assert accepted is not None
     assert accepted.score is better
-
-
-def test_hypothesis_that_only_noise_determines_is_passed_over(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Products between passes that have lost their sign let a fit run away."""
-    scores = [Score(ChangedParameter(name, (0,), None), 50.0, np.zeros(2), 0.01) for name in "ab"]
-    monkeypatch.setattr(search, "unrepeated", lambda *_: None)
-    monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
-    monkeypatch.setattr(
-        search, "chosen", lambda m, k, own, *_: Accepted(own[0], (), 1) if own else None
-    )
-    longer = {score: SimpleNamespace(sure=score is scores[1]) for score in scores}
-    sure = SimpleNamespace(fit=lambda _: SimpleNamespace(sure=True), without=lambda *_: None)
-    hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=sure)
-    asked = search.Search(hypotheses, USUAL)
-    monkeypatch.setattr(
-        search.Search, "_with", lambda _, score: (SimpleNamespace(fit=lambda _: longer[score]), ())
-    )
-    accepted = asked._chosen(scores, 1)
-    assert accepted is not None
-    assert accepted.score is scores[1]
-    assert asked._chosen(scores[:1], 1) is None
 
 
 def fit_of(off: Array, seed: int) -> Joint:
@@ -236,15 +213,20 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     assert heavier_model.base.linear == heavier_model.known
     # seven tolerances heavier: of what came nobody knows the place
     assert [k.wider for k in heavier_model.known] == pytest.approx([7.0, 7.0, 7.0, 1.0], rel=0.03)
-    left = Moments(rows_of(heavier_model.y[0][:, 0], rows.B.whole(0), rows.prior, rows.fold))
+    tight = np.array([k.wider for k in heavier_model.known]) ** -1.0
+    prior = rows.prior * tight**2
+    left = Moments(rows_of(heavier_model.y[0][:, 0], rows.B.whole(0), prior, rows.fold))
     assert np.abs(left.fit(None).q).max() < 0.3
 
-    def lost(y: Array) -> float:
+    def lost(y: Array, tight: Array) -> float:
         """Half the sum of squares that a fit leaves, of torques and of parameters."""
-        X = np.vstack([rows.B.whole(0), np.eye(4)])
+        X = np.vstack([rows.B.whole(0), np.diag(tight)])
         return float(np.linalg.lstsq(X, np.append(y, np.zeros(4)))[1][0]) / 2
 
     gain = moved_gain(Moments(replace(left.rows, model=heavier_model)))
-    assert gain == pytest.approx(lost(rows.y[0]) - lost(left.rows.y[0]), rel=1e-4)
+    # back in the file's tolerances, as none is wider for a body that did not change
+    assert gain == pytest.approx(
+        lost(rows.y[0], np.ones(4)) - lost(left.rows.y[0], tight), rel=1e-4
+    )
     assert moved_gain(Moments(replace(rows, model=model))) == 0.0
     assert model.base.linear[0].nominal == 2.0

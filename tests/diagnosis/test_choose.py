@@ -55,9 +55,9 @@ def test_what_a_trajectory_speaks_against_is_no_simpler_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("axis", "gain", "there"), [(0, 700.0, False), (0, 1695.0, True), (1, 700.0, True)]
+    ("axis", "gain", "there"), [(0, 1695.0, False), (0, 1705.0, True), (1, 700.0, True)]
 )
-def test_what_explains_less_than_something_faint_is_not_there(
+def test_what_explains_no_more_than_something_faint_is_not_there(
     axis: int, gain: float, there: bool
 ) -> None:
     """A small eccentricity looks like a little more of a wave of the torque."""

@@ -124,3 +124,28 @@ def test_shapes_that_make_up_for_each_other_are_more_alike(
     nothing = {None: SimpleNamespace(evidence=np.array([-np.inf, -1.0]))}
     monkeypatch.setattr(refine, "tried", lambda *_: nothing)
     assert many() == pytest.approx(np.log(15 / (2 * np.pi)))
+
+
+@pytest.mark.parametrize("tied", [0.0, -0.9])
+def test_shapes_that_make_up_for_each_other_are_followed_to_the_top(
+    tied: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a mode, frequency and damping: uphill in one of them leads along a ridge in both."""
+    top = {"a": 0.3, "b": -0.7}
+
+    def evidence(_: object, shapes: list[dict[str, float]], __: object) -> dict[None, Any]:
+        a, b = (np.array([s[name] - top[name] for s in shapes]) for name in "ab")
+        return {None: SimpleNamespace(evidence=-500 * (a**2 + b**2 + 2 * tied * a * b))}
+
+    grid = [{"a": float(a), "b": float(b)} for a, b in product((-2, 0, 2), repeat=2)]
+    free = [SimpleNamespace(name=name, low=-9.0, high=9.0) for name in "ab"]
+    of: dict[str, Any] = {"shaped": lambda _, *s: list(s), "searched": lambda _: free}
+    monkeypatch.setattr(refine, "tried", evidence)
+    start = {"a": -2.0, "b": 2.0}
+    far = float(evidence(None, [start], None)[None].evidence[0])
+    effect, shaped, nothing = (
+        cast(Any, v) for v in (SimpleNamespace(shapes=grid), SimpleNamespace(**of), None)
+    )
+    (shape,), best, _ = refine._uphill(nothing, shaped, effect, (start, far), 0.0)
+    assert best > -1.5
+    assert shape == pytest.approx(top, abs=0.1)

@@ -84,16 +84,6 @@ def test_falls_are_those_of_each_candidate_alone(axis: int | None, passes: int) 
         assert falls[at] == pytest.approx(fitted.fall(part)[0], rel=1e-9)
 
 
-def test_columns_that_hardly_repeat_fall_by_nothing() -> None:
-    """A chance product of two passes, however large, is no fall; one that repeats is."""
-    rows = layout(instants=100)
-    fitted = regression(rows)
-    once = 1e-3 * signals(rows, 1, 5) + np.random.default_rng(6).standard_normal((len(fitted.y), 1))
-    assert fitted.fall(Columns(0, once))[0] != 0.0
-    assert fitted.falls(0, np.hstack([once, signals(rows, 1, 5)]), 1)[0] == 0.0
-    assert fitted.falls(0, signals(rows, 1, 5), 1)[0] > 0.0
-
-
 @pytest.mark.parametrize("prior", [0.0, 40.0])
 def test_fall_without_repeats_is_that_of_least_squares(prior: float) -> None:
     fitted = regression(alone(layout(2)), nb=4, prior=prior)
@@ -106,13 +96,6 @@ def test_fall_without_repeats_is_that_of_least_squares(prior: float) -> None:
     # a ridge of 1e-9 keeps absorbed columns from dividing by zero
     assert fall == pytest.approx(before - after, rel=1e-6)
     assert fitted.extended([Columns(1, C)]).q[-2:] == pytest.approx(beta, rel=1e-6)
-
-
-def test_column_that_the_base_explains_gains_nothing() -> None:
-    fitted = regression(layout())
-    fitted = replace(fitted, y=fitted.y + 5 * whole(fitted)[:, 0])
-    fall, _ = fitted.fall(Columns(0, whole(fitted)[:, :1] - 2 * whole(fitted)[:, 1:2]))
-    assert abs(fall) < 1e-3
 
 
 def test_hair_that_the_base_leaves_of_a_column_gains_nothing() -> None:
