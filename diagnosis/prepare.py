@@ -104,6 +104,7 @@ def run_set_of(
         refuse_slow(log)
         refuse_nothing(log)
     logs.refuse_copies([*ours, *theirs])
+    logs.refuse_other_joints([*ours, *theirs])
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)

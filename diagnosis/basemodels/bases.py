@@ -87,7 +87,7 @@ def base_of(
     """
     known_base(name)
     if is_robot(name):
-        robot = read_robot(Path(name), joints, log["theta"].width)
+        robot = read_robot(Path(name), joints, log["theta"].width, log.joints)
         known = with_tolerance(RobotTolerance(), tolerance)
         return RobotBase(Path(name), robot, known, log["theta"].ts)
     if joints:

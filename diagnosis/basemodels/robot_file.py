@@ -62,12 +62,12 @@ def pinocchio(file: Path | str = "robot.urdf") -> Any:
         raise UsageError(f"--base {file}: needs Pinocchio: pip install 'flexhex[robots]'") from None
 
 
-def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
+def read_robot(file: Path, joints: Sequence[str], axes: int, logged: Sequence[str] = ()) -> Robot:
     """The robot of a file with the joints of so many axes, all others locked where they are zero.
 
-    joints: names in the order of the axes; () takes all that move, in the order of the file.
-    Raises UsageError for the choice of joints, MachineError for a file that describes no machine
-    whose torques can be calculated.
+    joints: names in the order of the axes; () takes those that the logs name, `logged`, if the
+    file has them all, or all that move, in the order of the file. Raises UsageError for the choice
+    of joints, MachineError for a file that describes no machine whose torques can be calculated.
     """
     pin = pinocchio(file)
     tree = robot_xml(file)
@@ -75,7 +75,9 @@ def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
     refuse_negative(file, tree)
     refuse_no_axis(file, tree)
     model = _model(pin, file, tree)
-    chosen = _chosen(file, tree, list(model.names)[1:], joints, axes)
+    moving = list(model.names)[1:]
+    named = joints or (logged if {*logged} <= {*moving} else ())
+    chosen = _chosen(file, tree, moving, named, axes)
     _refuse_mimics(file, tree, chosen)
     kinds = [_kind(file, name, model.joints[model.getJointId(name)]) for name in chosen]
     locked = [k for k, name in enumerate(model.names) if k and name not in chosen]

@@ -3,6 +3,7 @@
 from flexhex.diagnosis.logs.copies import refuse_copies
 from flexhex.diagnosis.logs.cycles import with_cycles
 from flexhex.diagnosis.logs.groups import RunGroup, group_runs
+from flexhex.diagnosis.logs.joints import refuse_other_joints
 from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.read import read_log
 
@@ -15,5 +16,6 @@ __all__ = [
     "group_runs",
     "read_log",
     "refuse_copies",
+    "refuse_other_joints",
     "with_cycles",
 ]

@@ -136,6 +136,11 @@ class Log:
             raise LogError(f"{self.name}: no channel `{name}`; it has {', '.join(self.channels)}")
         return self.channels[name]
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints in the order of the axes, where the file tells them."""
+        return tuple(filter(None, self.meta.get("joints", "").split(",")))
+
     def refuse_width(self, n: int) -> None:
         """LogError where the log has another number of axes than a model's n."""
         for name in ("theta", "tau_meas"):

@@ -54,8 +54,9 @@ def read_mcap(path: Path, options: Options) -> Raw:
             " joints: record a topic that has both"
         )
     units = dict(UNITS)
-    raw = as_tables(path, [(topic, data)], units, {}, options, list(data))
-    text = f"axes are the joints {','.join(names)} (--joints takes them so), in rad and N m"
+    meta = {"joints": ",".join(names)}
+    raw = as_tables(path, [(topic, data)], units, meta, options, list(data))
+    text = f"axes are the joints {meta['joints']} (--joints takes them so), in rad and N m"
     raw.findings.append(Finding("names", f"{path}: {topic}", text, True))
     if len(count) > 1:
         text = f"{len(listed) - len(kept)} messages of other joints are left out"

@@ -33,8 +33,9 @@ def refined(
     error: float,
 ) -> tuple[EffectHypothesis, dict[Left, Tried], float]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
-    each peak of the grid, half the distance to its neighbours each time, until that changes next to
-    nothing: beside chance, and beside a relative error of the form as large as thought. A step that
+    each peak of the grid, by half the distance to its neighbours, and half of that where no such
+    step leads higher, until that changes next to nothing: beside chance, and beside a relative
+    error of the form as large as thought. No farther than to these neighbours. A step that
     gains no more than chance is not taken: a shape stays where its form is simplest. And how many
     such shapes there are between two of the grid, as a logarithm."""
     evidence = fits[None].evidence
@@ -99,7 +100,9 @@ def _uphill(
                 name, flat = shape.name, FLAT * (1 + error**2 * max(evidence, 0.0))
                 below, above = _way(effect, start[0], name)
                 values = np.array([now[name] - below / 2**level, now[name] + above / 2**level])
-                beside = [{**now, name: v} for v in np.clip(values, shape.low, shape.high).tolist()]
+                ends = start[0][name] - below, start[0][name] + above
+                values = np.clip(np.clip(values, *ends), shape.low, shape.high)
+                beside = [{**now, name: v} for v in values.tolist()]
                 # both in one go, which reads the base model's columns once
                 listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
                 steep |= bool((np.abs(listed - evidence) > flat).any())

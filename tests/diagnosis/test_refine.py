@@ -126,12 +126,8 @@ def test_shapes_that_make_up_for_each_other_are_more_alike(
     assert many() == pytest.approx(np.log(15 / (2 * np.pi)))
 
 
-@pytest.mark.parametrize("tied", [0.0, -0.9])
-def test_shapes_that_make_up_for_each_other_are_followed_to_the_top(
-    tied: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of a mode, frequency and damping: uphill in one of them leads along a ridge in both."""
-    top = {"a": 0.3, "b": -0.7}
+def uphill(tied: float, monkeypatch: pytest.MonkeyPatch, **top: float) -> tuple[Any, float]:
+    """Where two shapes end, from the middle of a grid, and the evidence there."""
 
     def evidence(_: object, shapes: list[dict[str, float]], __: object) -> dict[None, Any]:
         a, b = (np.array([s[name] - top[name] for s in shapes]) for name in "ab")
@@ -141,11 +137,25 @@ def test_shapes_that_make_up_for_each_other_are_followed_to_the_top(
     free = [SimpleNamespace(name=name, low=-9.0, high=9.0) for name in "ab"]
     of: dict[str, Any] = {"shaped": lambda _, *s: list(s), "searched": lambda _: free}
     monkeypatch.setattr(refine, "tried", evidence)
-    start = {"a": -2.0, "b": 2.0}
+    start = {"a": 0.0, "b": 0.0}
     far = float(evidence(None, [start], None)[None].evidence[0])
-    effect, shaped, nothing = (
-        cast(Any, v) for v in (SimpleNamespace(shapes=grid), SimpleNamespace(**of), None)
-    )
-    (shape,), best, _ = refine._uphill(nothing, shaped, effect, (start, far), 0.0)
+    effect, shaped = cast(Any, SimpleNamespace(shapes=grid)), cast(Any, SimpleNamespace(**of))
+    shape, best, _ = refine._uphill(cast(Any, None), shaped, effect, (start, far), 0.0)
+    (where,) = cast(Any, shape)
+    return where, best
+
+
+@pytest.mark.parametrize("tied", [0.0, -0.9])
+def test_shapes_that_make_up_for_each_other_are_followed_to_the_top(
+    tied: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a mode, frequency and damping: uphill in one of them leads along a ridge in both."""
+    where, best = uphill(tied, monkeypatch, a=1.7, b=1.2)
     assert best > -1.5
-    assert shape == pytest.approx(top, abs=0.1)
+    assert where == pytest.approx({"a": 1.7, "b": 1.2}, abs=0.15)
+
+
+def test_shape_ends_no_farther_than_the_next_of_the_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What would be best far beyond all of the grid is another effect."""
+    where, _ = uphill(0.0, monkeypatch, a=5.0, b=0.5)
+    assert where == pytest.approx({"a": 2.0, "b": 0.5}, abs=0.05)

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs.cycles import cycles, with_cycles
+from flexhex.diagnosis.logs.groups import group_runs
 from flexhex.diagnosis.logs.log import Log
 from flexhex.diagnosis.prepare import Options, run_set_of
 from tests.compare import assert_close
@@ -63,6 +64,57 @@ def test_short_cycles_stay_together() -> None:
     assert len(passes) == 3
     lengths = np.array([len(part["theta"].values) for part in passes])
     assert_close(lengths * TS, np.full(3, 4.0), atol=1.5 * TS)
+
+
+def eased(t: Array, length: float, seed: int) -> Array:
+    """A motion that begins and ends at rest in zero."""
+    fade = np.clip(np.minimum(t, length - t) / 0.5, 0.0, 1.0)[:, None]
+    return np.asarray(fade**2 * (3 - 2 * fade) * repeated(t, 1.7 * length, seed))
+
+
+def starts_and_lengths(passes: list[Log]) -> Array:
+    spans = [(part["theta"].t0, TS * len(part["theta"].values)) for part in passes]
+    return np.array(spans)
+
+
+def test_each_of_several_motions_has_its_passes() -> None:
+    """One after the other: a log begins with what does not repeat, and ends in a part of a pass."""
+    pieces = [
+        repeated(clock(3.0), 50.0, 4),
+        np.tile(eased(clock(6.0), 6.0, 1), (4, 1)),
+        np.tile(eased(clock(7.5), 7.5, 2), (3, 1)),
+        eased(clock(2.0), 7.5, 2),
+    ]
+    passes = cycles(log(np.concatenate(pieces)))
+    wanted = [*([3.0 + 6.0 * k, 6.0] for k in range(4)), *([27.0 + 7.5 * k, 7.5] for k in range(3))]
+    found = starts_and_lengths(passes)
+    # where one begins is told by where it rests, and ends where its last pass does
+    assert_close(found, np.array(wanted), atol=0.6)
+    assert_close(np.diff(found[:4, 0]), np.full(3, 6.0), atol=5 * TS)
+    assert_close(np.diff(found[4:, 0]), np.full(2, 7.5), atol=5 * TS)
+    assert len(group_runs(passes)) == 2
+    texts = [str(note) for part in passes for note in part.findings]
+    assert [text.rpartition(": ")[2] for text in texts] == [
+        f"{count} passes are taken from it" for count in (4, 3)
+    ]
+    assert all("trajectory" not in part.meta for part in passes)
+
+
+@pytest.mark.parametrize(("rest", "motions"), [(1.0, 2), (0.2, 1)])
+def test_motions_in_turn_are_told_apart_by_rests(rest: float, motions: int) -> None:
+    still = np.zeros((round(rest / TS), 2))
+    both = [eased(clock(6.0), 6.0, 1), still, eased(clock(7.0), 7.0, 2), still]
+    passes = cycles(log(np.tile(np.concatenate(both), (3, 1))))
+    assert len(passes) == 3 * motions
+    assert len(group_runs(passes)) == motions
+
+
+def test_short_moves_with_rests_are_one_motion() -> None:
+    still = np.zeros((1000, 2))
+    moves = [np.concatenate([eased(clock(1.5), 1.5, seed), still]) for seed in range(3)]
+    passes = cycles(log(np.tile(np.concatenate(moves), (3, 1))))
+    assert len(passes) == 3
+    assert len(group_runs(passes)) == 1
 
 
 UNIQUE = {

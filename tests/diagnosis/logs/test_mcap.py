@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.kinds import LINEAR
-from flexhex.diagnosis.logs import Options, read_log
+from flexhex.diagnosis.logs import Options, read_log, refuse_other_joints
 from flexhex.fmus.common.errors import LogError
 from tests.compare import assert_close
 
@@ -73,6 +73,17 @@ def test_joint_states_are_read_by_their_names(stamped: bool, tmp_path: Path) -> 
     assert_close(log.ts, 0.002, rtol=1e-6)
     assert any("--joints takes them so" in str(finding) for finding in log.findings)
     assert any("the joints elbow,base" in str(finding) for finding in log.findings)
+    assert log.joints == ("elbow", "base")
+
+
+def test_bags_with_joints_in_another_order_are_refused(tmp_path: Path) -> None:
+    logs = [
+        read_log(bag(tmp_path / f"{names[0]}.mcap", [message(k, names) for k in range(len(T))]))
+        for names in (NAMES, NAMES[::-1])
+    ]
+    refuse_other_joints(logs[:1] * 2)
+    with pytest.raises(LogError, match=r"base.mcap: its joints are base, elbow; those of .*elbow"):
+        refuse_other_joints(logs)
 
 
 def test_units_of_joints_that_slide_are_given_once(tmp_path: Path) -> None:

@@ -1,0 +1,43 @@
+"""Logs that name their joints, and a robot's file that has them in another order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.basemodels.bases import base_of
+from tests.compare import assert_close
+from tests.diagnosis.robots.simulated import FILE
+from tests.diagnosis.robots.test_robots import log, motion
+
+pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
+Array = NDArray[np.float64]
+
+
+def test_joints_of_a_file_are_in_the_order_in_which_logs_name_them() -> None:
+    """ROS lists joints as they come, a file from the foot to the tool."""
+    order, n = np.array([2, 0, 4, 1, 5, 3]), 6
+    names = [f"j{k + 1}" for k in order]
+    usual, moved = base_of(str(FILE), None, log(n)), motion(n)
+    p = np.array([known.nominal for known in usual.linear])
+    turned = replace(
+        moved, **{k: getattr(moved, k)[:, order] for k in ("theta", "thetad", "thetadd")}
+    )
+
+    def named(*names: str, joints: tuple[str, ...] = ()) -> Array:
+        said = replace(log(n), meta={"joints": ",".join(names)})
+        base = base_of(str(FILE), None, said, joints=joints)
+        return np.asarray(base.torque(turned, np.array([known.nominal for known in base.linear])))
+
+    wanted = usual.torque(moved, p)[:, order]
+    assert_close(named(*names), wanted, atol=1e-11)
+    assert_close(named(joints=tuple(names)), wanted, atol=1e-11)
+    # names of another robot say nothing, and an option outweighs what a log says
+    for said, joints in (
+        (("a", "b", "c", "d", "e", "f"), ()),
+        (names, tuple(f"j{k}" for k in range(1, 7))),
+    ):
+        assert_close(named(*said, joints=joints), usual.torque(turned, p), atol=1e-11)
