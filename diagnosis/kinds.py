@@ -7,7 +7,7 @@ for an axis that slides are derived from those, here and nowhere else.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -54,6 +54,12 @@ def kinds_of(owner: object, n: int) -> Kinds:
     """Kinds of the n axes of a log or a base model: they turn unless it says otherwise."""
     kinds: Kinds = getattr(owner, "kinds", ()) or (ROTARY,) * n
     return kinds
+
+
+def axes_named(axes: Iterable[int]) -> str:
+    """`axis 3`, `axes 1, 2 and 5`; axes from 0."""
+    *others, last = (str(axis + 1) for axis in axes)
+    return f"axes {', '.join(others)} and {last}" if others else f"axis {last}"
 
 
 def units_of(owner: object, n: int, unit: str) -> tuple[str, ...]:

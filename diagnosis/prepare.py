@@ -16,7 +16,7 @@ from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.hypotheses.own_effect import OwnEffect, own_effects
 from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
 from flexhex.diagnosis.jointfit.rubbed import with_friction
-from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
+from flexhex.diagnosis.kinds import axes_named, kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
@@ -140,15 +140,15 @@ def misfit(model: Calibrated) -> str:
     if len(odd) == 1 < model.base.n and alike[odd[0]] > 0:
         return ""
     if poor:
-        axes = ", ".join(str(i + 1) for i in poor)
         return (
-            f"base model and friction leave more than {POOR:.0%} of the torque of axis {axes}:"
+            f"base model and friction leave more than {POOR:.0%} of the torque of"
+            f" {axes_named(poor)}:"
             " another machine, another order or sign of the axes, or other units?"
         )
     if strange:
-        axes = ", ".join(str(i + 1) for i in strange)
         return (
-            f"the torque of axis {axes} does not go with what the machine file says of this motion:"
+            f"the torque of {axes_named(strange)} does not go with what the machine file says of"
+            " this motion:"
             " another machine, another order or sign of the axes?"
         )
     return ""
@@ -204,7 +204,7 @@ def _trouble(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Se
         return f"no axis moves by more than {shown}: a run must excite the machine"
     if (dead := np.flatnonzero(silent & (moved > least))).size:
         return (
-            f"the torque of axis {', '.join(str(i + 1) for i in dead)} is the same number all the"
+            f"the torque of {axes_named(dead)} is the same number all the"
             " time, while the axis moves: record it, or leave the axis out of the logs and the"
             " model (--joints)"
         )

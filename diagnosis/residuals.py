@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
-from flexhex.diagnosis.kinds import units_of
+from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import Residual
 from flexhex.diagnosis.runs.blocks import Block, torque_rms
@@ -110,9 +110,10 @@ def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:
         left = float(np.sqrt(max(residual.repeatable_after[i] ** 2 - rest**2, 0.0)))
         if left > max(residual.non_repeatable[i], USUAL.smallest_rest * residual.torque[i]):
             sizes[i] = left
-    axes = ", ".join(str(i + 1) for i in sizes)
     listed = ", ".join(f"{left:.2g} {residual.units[i]}" for i, left in sizes.items())
     why = "a drift between them, or something slow that the model lacks"
-    one = f"axis {axes}: an offset or slope of whole runs is left, {listed}: {why}"
-    several = f"axes {axes}: offsets or slopes of whole runs are left, {listed}: {why}"
-    return [one if len(sizes) == 1 else several] if sizes else []
+    if not sizes:
+        return []
+    what = "an offset or slope of whole runs is"
+    what = what if len(sizes) == 1 else "offsets or slopes of whole runs are"
+    return [f"{axes_named(sizes)}: {what} left, {listed}: {why}"]

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.drives.drifts import drifts_of, without
 from flexhex.diagnosis.drives.drives import drives_of
+from flexhex.diagnosis.estimation.told import parameters_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
+from flexhex.diagnosis.hypotheses.own_effect import sought
 from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside
 from flexhex.diagnosis.jointfit.guard import (
     delayed,
@@ -39,7 +42,6 @@ from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.strips import strips
-from flexhex.fmus.common.effects import Effect, library
 from flexhex.numeric.memory import give_back
 
 Array = NDArray[np.float64]
@@ -64,16 +66,24 @@ def diagnose(
 ) -> Diagnosis:
     """Find where model and data disagree, and name what is missing.
 
-    note: told at once what may make all that follows worthless.
-
-    Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
+    note: told at once what may make all that follows worthless. Raises LogError, MachineError or
+    UsageError for what cannot be read or does not fit.
     """
     progress("reading", 0, 4)
     base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
-    if trouble:
+    if trouble := trouble or mispaired(base, run_set.runs):
         return run_set.cannot_tell(trouble)
-    if trouble := mispaired(base, run_set.runs):
-        return run_set.cannot_tell(trouble)
+    diagnosis = _told(base, run_set, progress, note)
+    if base.complete:
+        return diagnosis
+    # nobody knows them otherwise
+    return replace(diagnosis, parameters=parameters_of(base, run_set.runs, diagnosis))
+
+
+def _told(
+    base: Base, run_set: RunSet, progress: Progress, note: Callable[[str], None]
+) -> Diagnosis:
+    """The answer for logs that hold what is needed."""
     if doubt := doubtful(base, run_set.runs):
         note(doubt)
         run_set = replace(run_set, findings=(doubt, *run_set.findings), doubt=doubt)
@@ -90,7 +100,8 @@ def diagnose(
     trouble = misfit(model)
     if trouble:
         # a payload may be most of what does not fit
-        bench = carrying(Bench(model, compiled(model.base.n, _sought(run_set), model.base.holds)))
+        known = compiled(model.base.n, sought(run_set.own), model.base.holds)
+        bench = carrying(Bench(model, known))
         model, trouble = bench.model, misfit(bench.model)
     if trouble:
         return run_set.cannot_tell(trouble)
@@ -100,7 +111,7 @@ def diagnose(
 def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
     n, judged = model.base.n, run_set.judged
-    known = compiled(n, _sought(run_set), model.base.holds)
+    known = compiled(n, sought(run_set.own), model.base.holds)
     before, settled = _mechanism(model, known, judged, lambda text: progress(text, 2, 4))
     give_back()
     model, sides = settled.fit.bench.model, [settled]
@@ -227,13 +238,6 @@ def _settled(model: Calibrated, now: Found) -> Calibrated | None:
     fit = now.fit
     anew = None if fit is None else beside(fit)
     return anew if fit and anew and moved(model, anew, fit, CRITERIA.smallest_effect) else None
-
-
-def _sought(run_set: RunSet) -> dict[str, Effect]:
-    """The library for the mechanism, with what can stand behind the drives' reports; and the user's
-    own effects."""
-    known = {id: effect.behind or effect for id, effect in library().items()}
-    return known | dict(run_set.own)
 
 
 def diagnose_files(

@@ -20,7 +20,7 @@ from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.signs import negative_values
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
-from flexhex.diagnosis.kinds import units_of
+from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.prepare import Given, Options, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import LARGE
@@ -179,16 +179,16 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
             " noise; these are the nearest that one can have"
         )
     there = {known.name for known in estimated.known}
-    same = [str(i + 1) for i in range(estimated.model.base.n) if f"o[{i + 1}]" not in there]
+    same = [i for i in range(estimated.model.base.n) if f"o[{i + 1}]" not in there]
     if same:
         notes.append(
-            f"an offset of axis {', '.join(same)} acts as parameters of the base model do, on these"
+            f"an offset of {axes_named(same)} acts as parameters of the base model do, on these"
             " motions: it is not fitted beside them"
         )
-    poor = [str(i + 1) for i, left in enumerate(errors.fitted) if left > LARGE]
+    poor = [i for i, left in enumerate(errors.fitted) if left > LARGE]
     if poor:
         notes.append(
-            f"more than {LARGE:.0%} of the torque of axis {', '.join(poor)} is left: the intervals"
+            f"more than {LARGE:.0%} of the torque of {axes_named(poor)} is left: the intervals"
             " hold for this model, which lacks something: `flexhex diagnose` says what"
         )
     return notes

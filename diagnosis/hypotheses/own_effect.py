@@ -204,3 +204,9 @@ def _axes(value: Any, name: str) -> list[int]:
     if not all(isinstance(v, int) and v >= 1 for v in listed):
         raise MachineError(f"{name}: on = {value!r}: write axes from 1 on, (1, 3)")
     return listed
+
+
+def sought(own: Mapping[str, OwnEffect]) -> dict[str, Effect]:
+    """The library for the mechanism, with what can stand behind the drives' reports; and the user's
+    own effects."""
+    return {id: effect.behind or effect for id, effect in library().items()} | dict(own)

@@ -14,6 +14,7 @@ from flexhex.diagnosis.jointfit.fit import EXPLAINED, HELD, beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.jointfit.rubbed import friction
+from flexhex.diagnosis.kinds import axes_named
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.runs.blocks import torque_rate
@@ -177,8 +178,7 @@ def delayed(fit: Joint, deviations: float) -> str:
 
 def sentence(axes: Sequence[int]) -> str:
     """What is said of such axes."""
-    listed = ", ".join(str(i + 1) for i in axes)
     return (
-        f"more than {POOR:.0%} of the torque of axis {listed} stays unexplained by all that"
+        f"more than {POOR:.0%} of the torque of {axes_named(axes)} stays unexplained by all that"
         " was found: nothing is named there"
     )

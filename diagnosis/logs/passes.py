@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexhex.diagnosis.kinds import axes_named
 from flexhex.diagnosis.logs.log import COARSE, Array, Finding, Log
 
 OTHER_UNIT = 20.0
@@ -45,8 +46,8 @@ def _other_signs(group: Sequence[Log]) -> list[Finding]:
     # friction takes up work on any way: of two the one that gave it up is wrong
     odd = max(range(len(group)), key=lambda k: (count[k], -_work(group[k])))
     other = next(k for k, axes in enumerate(against[odd]) if axes)
-    axes = ", ".join(str(axis + 1) for axis in against[odd][other])
-    text = f"the torque of axis {axes} is -1 times that of {group[other].name}, of the same motion"
+    axes = axes_named(against[odd][other])
+    text = f"the torque of {axes} is -1 times that of {group[other].name}, of the same motion"
     return [Finding("passes", group[odd].name, f"{text}: another sign?", False)]
 
 

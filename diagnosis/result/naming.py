@@ -83,8 +83,8 @@ def unnamed_parts(fit: Joint, places: Collection[int]) -> list[str]:
 
 def faint_parts(fit: Joint, places: Collection[int]) -> list[str]:
     """A sentence on each part of a fit, at these places, that is too faint for a name."""
-    why = "in the fit, but too faint for a name; it may be an error in the form of what is named"
-    ends = "there; intervals hold with it and without it"
+    why = "too faint for a name, as it may be an error in the form of what is named there: values"
+    ends = "and residuals above are without it, intervals hold with it and without it"
     return [f"{_in_words(fit, k)}: {why} {ends}" for k in sorted(places)]
 
 

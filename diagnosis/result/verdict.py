@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 from flexhex.diagnosis.result.rest import Rest
+
+if TYPE_CHECKING:
+    from flexhex.diagnosis.estimation.records import Parameter
 
 Array = NDArray[np.float64]
 NORMAL = 1.96
@@ -171,7 +174,8 @@ class Diagnosis:
 
     confidence: how often such an answer was right where the truth is known; None where these runs
     are not like those of the study. doubt: why the model may not be this machine's. tracking:
-    closed loop [urad] before and after, filled by the step that rebuilds it.
+    closed loop [urad] before and after, filled by the step that rebuilds it. parameters: of a base
+    model that has no machine file, with what was found.
     """
 
     verdict: str
@@ -191,6 +195,7 @@ class Diagnosis:
     confidence: Confidence | None = None
     doubt: str = ""
     tolerated: tuple[Tolerated, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -202,6 +207,7 @@ class Diagnosis:
             "effects": [effect.data() for effect in self.effects],
             "changed": [change.data() for change in self.changed],
             "tolerated": [one.data() for one in self.tolerated],
+            "parameters": [one.data() for one in self.parameters],
             "remains": [rest.data() for rest in self.remains],
             "residual": self.residual.data(),
             "machine": self.machine,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
-from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.kinds import axes_named, kinds_of
 from flexhex.diagnosis.runs.arrangements import THOUSANDS, Arrangement, Seen, arrangements, zeros
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.nominal import NEARLY, left_of, not_below_zero, scaled
@@ -83,10 +83,10 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
     if (bad := (left > DOUBTFUL) | worse).any():
         parts.append(
             f"the values of the base model, friction and rotors leave {_share(left[bad].max())} the"
-            f" mean square of the torque of axis {_listed(bad)}"
+            f" mean square of the torque of {axes_named(np.flatnonzero(bad))}"
         )
     if worse.any():
-        parts.append(f"friction and rotors alone leave less on axis {_listed(worse)}")
+        parts.append(f"friction and rotors alone leave less on {axes_named(np.flatnonzero(worse))}")
     if better is not None:
         parts.append(f"less would be left with {better.text}")
     if not parts:
@@ -95,10 +95,6 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
         f"{'; '.join(parts)}. Unless the model lacks that much: is it this machine's, are its"
         " joints in the order of the log, their signs, zeros and units the log's?"
     )
-
-
-def _listed(axes: NDArray[np.bool_]) -> str:
-    return ", ".join(str(axis + 1) for axis in np.flatnonzero(axes))
 
 
 def _many_times(base: Base, seen: Sequence[Seen]) -> str:

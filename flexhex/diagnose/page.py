@@ -18,11 +18,14 @@ from flexhex.diagnose.plots import candidate_bars, residual_bars, strip_figures
 from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.view import (
     CHANGED,
+    IDENTIFIED,
     LOOPS,
+    PARAMETERS,
     SIDES,
     axis_names,
     changed_rows,
     judged,
+    parameter_rows,
     remarks,
     residual_columns,
     residual_rows,
@@ -103,6 +106,9 @@ def _effects(diagnosis: Diagnosis) -> list[PageSection]:
     if diagnosis.changed:
         text = "Parameters of the model that deviate from the machine file."
         parts.append(PageSection("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
+    if diagnosis.parameters:
+        rows = parameter_rows(diagnosis)
+        parts.append(PageSection(PARAMETERS, "", IDENTIFIED, rows, words=True))
     return parts
 
 

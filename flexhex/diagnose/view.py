@@ -29,6 +29,8 @@ LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
+IDENTIFIED = ("parameter", "estimate", "95 %", "unit")
+PARAMETERS = "Parameters of the base model, beside what was found"
 
 
 def print_diagnosis(
@@ -44,6 +46,8 @@ def print_diagnosis(
     if diagnosis.changed:
         rows = changed_rows(diagnosis)
         out.print(table("Parameters that deviate from the machine file", CHANGED, rows))
+    if diagnosis.parameters:
+        out.print(table(PARAMETERS, IDENTIFIED, parameter_rows(diagnosis)))
     if np.isfinite(diagnosis.residual.before).any():
         out.print(
             table(
@@ -84,6 +88,18 @@ def changed_rows(diagnosis: Diagnosis) -> Rows:
         rows.append(
             (c.parameter, number(c.nominal, 4), number(e.value, 4), interval, printed(e.unit))
         )
+    return rows
+
+
+def parameter_rows(diagnosis: Diagnosis) -> Rows:
+    """The base model's parameters as identified."""
+    rows: Rows = []
+    for one in diagnosis.parameters:
+        e = one.estimate
+        known = all(math.isfinite(v) for v in e.ci95)
+        interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}" if known else "any"
+        name = one.name if one.determined else f"{one.name} (not determined)"
+        rows.append((name, number(e.value, 4) if known else "", interval, printed(e.unit)))
     return rows
 
 

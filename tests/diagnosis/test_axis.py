@@ -12,7 +12,7 @@ import pytest
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import UsageError
-from tests.diagnosis.single import SECONDS, TS, moved, thinned, write
+from tests.diagnosis.single import DAMPING, SECONDS, TS, J, moved, thinned, write
 
 several = pytest.mark.sample(3, of="plain axes")
 
@@ -48,6 +48,27 @@ def test_axis_without_friction_has_nothing() -> None:
     diagnosis = said(0.0, TWICE)
     assert diagnosis.verdict == "none"
     assert diagnosis.effects == ()
+
+
+@several
+@pytest.mark.parametrize(
+    ("friction", "runs"), [(0.12, TWICE), (0.0, TWICE), (0.0, TWICE[:1])], ids=str
+)
+def test_parameters_of_an_axis_are_always_told(
+    friction: float, runs: tuple[tuple[int, int], ...]
+) -> None:
+    """Also where nothing is missing, and where one run cannot tell."""
+    diagnosis = said(friction, runs)
+    assert (diagnosis.verdict == "cannot tell") == (len(runs) == 1)
+    told = {one.name: one.estimate for one in diagnosis.parameters}
+    for name, true in (("J[1]", J), ("d[1]", DAMPING)):
+        low, high = told[name].ci95
+        assert low < true < high
+        assert high - low < 0.1 * true
+    # a spring and a weight are hardly two on a short stroke: each by itself, or their sum
+    terms = {name for one in diagnosis.parameters for name, _ in one.terms}
+    assert terms == {f"{name}[1]" for name in ("J", "d", "k", "o", "g_s", "g_c")}
+    assert [one["name"] for one in diagnosis.data()["parameters"]] == [*told]
 
 
 @several

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis import workflow
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.drives import drives, late
 from flexhex.diagnosis.drives.path import PathBase, driven
+from flexhex.diagnosis.hypotheses.own_effect import sought
 from flexhex.diagnosis.jointfit.effects import SelectedEffect
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.fmus.common.effects import library
@@ -171,10 +171,10 @@ def test_time_is_counted_from_the_other_drives() -> None:
 
 def test_limits_are_sought_behind_the_report_with_a_corner_only() -> None:
     """What gives way gradually there is the motor's iron."""
-    sought = workflow._sought(SimpleNamespace(own={}))  # type: ignore[arg-type]
-    sharp = next(s for s in sought["torque_saturation"].shapes if s.name == "p")
+    known = sought({})
+    sharp = next(s for s in known["torque_saturation"].shapes if s.name == "p")
     assert len(sharp.grid) == 1
-    assert sought.keys() == library().keys()
+    assert known.keys() == library().keys()
 
 
 def test_little_is_not_reported() -> None:

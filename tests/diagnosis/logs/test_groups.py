@@ -105,8 +105,8 @@ def passes(*changes: tuple[float, float]) -> list[Log]:
     [
         ([(1, 0), (1e3, 0)], "a1: torques are 1e+03 times those of a0"),
         ([(1, 0), (1e-3, 0)], "a1: torques are 0.001 times those of a0"),
-        ([(-1, 0), (1, 0)], "a0: the torque of axis 1, 2"),
-        ([(1, 0), (1, 0), (-1, 0)], "a2: the torque of axis 1, 2"),
+        ([(-1, 0), (1, 0)], "a0: the torque of axes 1 and 2"),
+        ([(1, 0), (1, 0), (-1, 0)], "a2: the torque of axes 1 and 2"),
     ],
 )
 def test_pass_that_contradicts_the_others_is_named(

@@ -1,0 +1,33 @@
+"""Parameters of a base model, fitted beside what a diagnosis found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.estimation.changes import loaded, loosened
+from flexhex.diagnosis.estimation.collinear import grouped, pruned
+from flexhex.diagnosis.estimation.determined import Seen
+from flexhex.diagnosis.estimation.estimate import estimate
+from flexhex.diagnosis.estimation.extras import GROUP as EFFECT
+from flexhex.diagnosis.estimation.found import extras_of
+from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
+from flexhex.diagnosis.estimation.records import Parameter
+from flexhex.diagnosis.estimation.structure import Combination
+from flexhex.diagnosis.result.verdict import Diagnosis
+from flexhex.diagnosis.runs.blocks import Run
+
+
+def parameters_of(base: Base, runs: Sequence[Run], found: Diagnosis) -> tuple[Parameter, ...]:
+    """The base model's own parameters, and in the place of those that these motions move together
+    their sums; dry friction is fitted beside them where the diagnosis has found none, too."""
+    more = extras_of(found.data(), "the diagnosis")
+    base, _ = loosened(base, more.changed)
+    runs, _ = loaded(runs, more.changed)
+    estimated, out = pruned(estimate(base, runs, more)[0])
+    seen, (sums, _) = Seen(estimated), grouped(estimated, out)
+    vague = {place for one in sums for place, _ in one.terms}
+    alone = [Combination(((p, 1.0),)) for p in range(len(estimated.known)) if p not in vague]
+    others = {EFFECT, FRICTION, "delay"}
+    own = {p for p, known in enumerate(estimated.known) if known.group not in others}
+    return tuple(seen.parameter(one) for one in (*alone, *sums) if own & {p for p, _ in one.terms})
