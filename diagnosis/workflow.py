@@ -77,7 +77,7 @@ def diagnose(
     if base.complete:
         return diagnosis
     # nobody knows them otherwise
-    return replace(diagnosis, parameters=parameters_of(base, run_set.runs, diagnosis))
+    return replace(diagnosis, parameters=parameters_of(base, run_set.runs, diagnosis, run_set.own))
 
 
 def _told(

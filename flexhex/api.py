@@ -20,6 +20,7 @@ from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.identify import Fit, fit
 from flexhex.diagnosis.estimation.plausible import listed_names
 from flexhex.diagnosis.estimation.records import Identified
+from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs import read_log as read
 from flexhex.diagnosis.prepare import Options as Search
@@ -237,6 +238,7 @@ def identify_runs(
     joints: Sequence[str] = (),
     settle: float | None = None,
     diagnosis: Diagnosis | File | None = None,
+    effects: Sequence[str] = (),
     torque_constant: float | Sequence[float] | None = None,
     units: Mapping[str, str] | None = None,
     rename: Mapping[str, str] | None = None,
@@ -249,8 +251,9 @@ def identify_runs(
     `schunk`, a robot's file, or one of your own, `base.py:Arm`. tolerance: of a robot's file,
     `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. settle [s]: left
     out at the start of each run. diagnosis: one, or the diagnosis.json that `flexhex diagnose`
-    wrote; its effects are fitted with all parameters. torque_constant, units, rename: how paths
-    are read, as for `read_log`.
+    wrote; its effects are fitted with all parameters. effects: those of your own that it may have
+    named, `effect.py:GasSpring`. torque_constant, units, rename: how paths are read, as for
+    `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -263,14 +266,13 @@ def identify_runs(
     if settle is not None and not (isinstance(settle, int | float) and settle >= 0):
         raise UsageError(f"settle = {settle!r}: must be a number [s], not below zero")
     how = reading(torque_constant, units, rename)
-    options = Search(
-        text("base", base), how, numbers("tolerance", tolerance), names("joints", joints)
-    )
+    chosen, own = names("joints", joints), names("effects", effects)
+    options = Search(text("base", base), how, numbers("tolerance", tolerance), chosen, own)
     more: Extras | None = None
     if isinstance(diagnosis, Diagnosis):
-        more = extras_of(diagnosis.data(), "diagnosis")
+        more = extras_of(diagnosis.data(), "diagnosis", own_effects(own))
     elif diagnosis is not None:
-        more = read_diagnosis(Path(text("diagnosis", diagnosis)))
+        more = read_diagnosis(Path(text("diagnosis", diagnosis)), own_effects(own))
     return identify(*known, None, options, settle, more=more)
 
 

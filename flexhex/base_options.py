@@ -44,6 +44,16 @@ Tolerances = Annotated[
     ),
 ]
 
+OwnEffects = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effect",
+        metavar="FILE.py:NAME",
+        help="an effect of your own beside the library's (`flexhex init effect.py` writes an"
+        " example)",
+    ),
+]
+
 
 def base_options(
     base: str,

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from flexhex.diagnosis.estimation.changes import changes_of
@@ -15,20 +16,25 @@ from flexhex.diagnosis.result.verdict import NORMAL
 from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.errors import UsageError, unreadable
 
+FOREIGN = "no effect of the library; if it is your own, name its file, --effect FILE.py:NAME"
 
-def read_diagnosis(path: Path) -> Extras:
-    """Effects and changes of a diagnosis that a file keeps (`flexhex diagnose`, `diagnosis.json`).
-    UsageError for another file."""
+NONE: Mapping[str, Effect] = MappingProxyType({})
+"""No effects of the user's own."""
+
+
+def read_diagnosis(path: Path, own: Mapping[str, Effect] = NONE) -> Extras:
+    """Effects and changes of a diagnosis that a file keeps (`flexhex diagnose`, `diagnosis.json`);
+    own: effects beside the library's, by id. UsageError for another file."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"--diagnosis {unreadable(path, error)}") from None
     except ValueError:
         data = None
-    return extras_of(data, f"--diagnosis {path}")
+    return extras_of(data, f"--diagnosis {path}", own)
 
 
-def extras_of(data: Any, where: str) -> Extras:
+def extras_of(data: Any, where: str, own: Mapping[str, Effect] = NONE) -> Extras:
     """The same of a diagnosis as data; where: how it is called in an error."""
     try:
         effects = [
@@ -42,10 +48,10 @@ def extras_of(data: Any, where: str) -> Extras:
     if not effects and not changed:
         note = f"the diagnosis names nothing that is missing (verdict `{data.get('verdict')}`)"
         return Extras(notes=(f"{note}: nothing is fitted beside",), where=where)
-    known, listed, notes = library(), list[Extra](), list[str]()
+    known, listed, notes = {**library(), **own}, list[Extra](), list[str]()
     for id, axes, values, deviations, rivals in effects:
         effect = known.get(id)
-        reason = "no effect of the library" if effect is None else _reason(effect)
+        reason = FOREIGN if effect is None else _reason(effect)
         if reason or effect is None:
             notes.append(f"{id} is not fitted: {reason}")
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.changes import loaded, loosened
@@ -16,12 +16,16 @@ from flexhex.diagnosis.estimation.records import Parameter
 from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.runs.blocks import Run
+from flexhex.fmus.common.effects import Effect
 
 
-def parameters_of(base: Base, runs: Sequence[Run], found: Diagnosis) -> tuple[Parameter, ...]:
+def parameters_of(
+    base: Base, runs: Sequence[Run], found: Diagnosis, own: Mapping[str, Effect]
+) -> tuple[Parameter, ...]:
     """The base model's own parameters, and in the place of those that these motions move together
-    their sums; dry friction is fitted beside them where the diagnosis has found none, too."""
-    more = extras_of(found.data(), "the diagnosis")
+    their sums; dry friction is fitted beside them where the diagnosis has found none, too. own:
+    effects beside the library's, by id."""
+    more = extras_of(found.data(), "the diagnosis", own)
     base, _ = loosened(base, more.changed)
     runs, _ = loaded(runs, more.changed)
     estimated, out = pruned(estimate(base, runs, more)[0])
@@ -29,5 +33,5 @@ def parameters_of(base: Base, runs: Sequence[Run], found: Diagnosis) -> tuple[Pa
     vague = {place for one in sums for place, _ in one.terms}
     alone = [Combination(((p, 1.0),)) for p in range(len(estimated.known)) if p not in vague]
     others = {EFFECT, FRICTION, "delay"}
-    own = {p for p, known in enumerate(estimated.known) if known.group not in others}
-    return tuple(seen.parameter(one) for one in (*alone, *sums) if own & {p for p, _ in one.terms})
+    ours = {p for p, known in enumerate(estimated.known) if known.group not in others}
+    return tuple(seen.parameter(one) for one in (*alone, *sums) if ours & {p for p, _ in one.terms})

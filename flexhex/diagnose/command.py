@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexhex.arguments import AsJson
-from flexhex.base_options import Base, Joints, Tolerances, base_options
+from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options
 from flexhex.diagnose.options import interactive, once_each, writable
 from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
@@ -49,13 +49,7 @@ def diagnose_command(
     base: Base = "hexapod",
     joints: Joints = "",
     tolerance: Tolerances = None,
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FILE.py:NAME",
-            help="search an effect of your own, too (`flexhex init effect.py` writes an example)",
-        ),
-    ] = None,
+    effect: OwnEffects = None,
     apply: Annotated[
         bool,
         typer.Option(

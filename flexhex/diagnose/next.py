@@ -14,7 +14,7 @@ from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
 from flexhex.fmus.common.effects import library
 
-NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")
+NOT_OF_IDENTIFY = ("--out", "-o", "--report")
 """Options of `diagnose` with a value that `identify` has not."""
 OF_THE_FILE = ("geometry=", "gravity=")
 """Tolerances with which `identify` builds no FMU."""
@@ -126,7 +126,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
             "Or add the best of them" if diagnosis.verdict == "ambiguous" else "Add what was found"
         )
         steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
-    elif something and _known(diagnosis) and invocation.base != "hexapod":
+    elif something and diagnosis.verdict in APPLICABLE and invocation.base != "hexapod":
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
     loads = [c.estimate for c in diagnosis.changed if c.runs]

@@ -12,6 +12,7 @@ from flexhex.diagnosis.estimation.found import read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.estimation.records import Identified
+from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.planning.trajectory import write_trajectory
 from flexhex.diagnosis.prepare import Options
 from flexhex.identify.other import identified_json, print_excitation, print_identified, say
@@ -65,7 +66,7 @@ def identify_other(
 ) -> None:
     """The whole command: fit, write, show."""
     write.check(options.base)
-    more = None if diagnosis is None else read_diagnosis(diagnosis)
+    more = None if diagnosis is None else read_diagnosis(diagnosis, own_effects(options.effects))
     progress = live()
     with progress:
         progress.stage("identifying", unit="steps")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, machine_file_of
-from flexhex.base_options import Base, Joints, Tolerances, base_options
+from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options
 from flexhex.diagnose.options import once_each
 from flexhex.fmus.common.errors import UsageError
 from flexhex.identify.folder import target
@@ -57,6 +57,7 @@ def identify_command(
             help="diagnosis.json that `diagnose` wrote: its effects are fitted, too",
         ),
     ] = None,
+    effect: OwnEffects = None,
     write: Annotated[
         Path | None,
         typer.Option(
@@ -101,8 +102,15 @@ def identify_command(
     validation = held_out or []
     once_each(logs, validation)
     options, file = base_options(
-        base, machine, joints, tolerance, log_options(torque_constant, unit or [], rename or [])
+        base,
+        machine,
+        joints,
+        tolerance,
+        log_options(torque_constant, unit or [], rename or []),
+        effect,
     )
+    if effect and diagnosis is None:
+        raise UsageError("--effect: fitted is what a diagnosis has found: --diagnosis FILE.json")
     write = target(write, out, base)
     if base != "hexapod":
         from flexhex.identify.any_base import Targets, identify_other

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.estimation.found import extras_of
+from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.hypotheses.scales import Scales
 from flexhex.diagnosis.kinds import ROTARY
@@ -52,7 +55,8 @@ def diagnosed(folder: Path, hidden: float, *effects: str) -> Diagnosis:
 
 
 def test_example_is_named_with_its_size_and_shape(tmp_path: Path) -> None:
-    diagnosis = diagnosed(tmp_path, 1.0, f"{EXAMPLE}:GasSpring")
+    own = f"{EXAMPLE}:GasSpring"
+    diagnosis = diagnosed(tmp_path, 1.0, own)
     assert [effect.id for effect in diagnosis.effects] == ["gas_spring"]
     (effect,) = diagnosis.effects
     # within the short stroke one wave of an angle looks much alike
@@ -63,6 +67,18 @@ def test_example_is_named_with_its_size_and_shape(tmp_path: Path) -> None:
         # an error of the form that moves the ratio moves the force with it
         assert high - low < {"F": 0.5, "ratio": 0.2}[name] * value
     assert effect.parameters["F"].unit == "N m"
+    # and fitted with all other parameters, but in no FMU
+    runs, data = sorted(tmp_path.glob("*.csv")), diagnosis.data()
+    extras = extras_of(data, "the diagnosis", own_effects([own]))
+    identified = identify(runs, options=Options("axis"), more=extras)
+    # a spring of the axis acts much like its weight on this stroke: one of them is held
+    for name, value in (("F", FORCE), ("ratio", RATIO)):
+        assert identified[f"gas_spring.{name}[1]"].estimate.value == pytest.approx(value, rel=0.02)
+    assert left_out(extras) == [
+        "gas_spring of axis 1 is not in the FMU: it is your own, in NumPy, of which no C is made"
+    ]
+    (note,) = extras_of(data, "the diagnosis").notes
+    assert note.endswith("if it is your own, name its file, --effect FILE.py:NAME")
 
 
 def test_example_is_not_named_where_it_is_not(tmp_path: Path) -> None:
