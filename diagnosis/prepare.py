@@ -110,6 +110,7 @@ def run_set_of(
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0], options.tolerance, options.joints)
+    findings = (*getattr(base, "remarks", ()), *findings)
     for effect in own.values():
         effect.check(base.n)
     for log in [*ours, *theirs]:

@@ -5,7 +5,6 @@ Each command is in `<command>/command.py` and imports what it needs when it is c
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from typing import Annotated, NoReturn
@@ -26,6 +25,7 @@ from flexhex.identify.command import identify_command
 from flexhex.init.command import init_command
 from flexhex.numeric.memory import keep
 from flexhex.output.interrupt import Interruptible
+from flexhex.output.usage import told
 from flexhex.plot.command import plot_command
 from flexhex.report.command import report_command
 from flexhex.run.command import run_command
@@ -124,10 +124,9 @@ def main() -> None:
 
 
 def _end(error: str, code: int) -> NoReturn:
-    """Say what is wrong and leave; with `--json` on stdout, too, where programs read."""
+    """Say what is wrong and leave."""
     print(f"flexhex: {error}", file=sys.stderr)
-    if "--json" in sys.argv:
-        print(json.dumps({"error": error, "exit": code}, ensure_ascii=False))
+    told(error, code)
     sys.exit(code)
 
 

@@ -17,7 +17,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from flexhex.diagnosis.basemodels.robot_sdf import as_urdf
-from flexhex.diagnosis.basemodels.robot_senseless import refuse_negative, refuse_no_axis
+from flexhex.diagnosis.basemodels.robot_senseless import (
+    odd_moments,
+    refuse_negative,
+    refuse_no_axis,
+)
 from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind, Kinds
 from flexhex.fmus.common.errors import MachineError, UsageError, unreadable
 
@@ -32,13 +36,15 @@ SHORT_OF = 1e-6
 @dataclass(frozen=True)
 class Robot:
     """model: Pinocchio's, with the chosen joints alone. joints: names in the order of the axes;
-    places: their numbers in the model; kinds: of the axes; bodies: a link that each moves."""
+    places: their numbers in the model; kinds: of the axes; bodies: a link that each moves. remarks:
+    what a user must know of the file."""
 
     model: Any
     joints: tuple[str, ...]
     places: tuple[int, ...]
     kinds: Kinds
     bodies: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
 
 def is_robot(name: str) -> bool:
@@ -87,7 +93,9 @@ def read_robot(file: Path, joints: Sequence[str], axes: int, logged: Sequence[st
     bodies = tuple(_body(pin, model, place) for place in places)
     for name, place, body in zip(chosen, places, bodies, strict=True):
         _refuse_impossible(file, name, body, model.inertias[place])
-    return Robot(model, tuple(chosen), places, tuple(kinds), bodies)
+    inertias = [model.inertias[place].inertia for place in places]
+    said = tuple(odd_moments(file, bodies, inertias))
+    return Robot(model, tuple(chosen), places, tuple(kinds), bodies, said)
 
 
 def robot_xml(file: Path) -> ElementTree.Element:

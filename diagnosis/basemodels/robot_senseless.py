@@ -1,11 +1,19 @@
-"""What no robot has, in the XML of its file: masses below zero, axes without a direction."""
+"""What no robot has, in its file: masses below zero, axes without a direction, odd inertias."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexhex.fmus.common.errors import MachineError
+
+Array = NDArray[np.float64]
+ROUNDED = 0.01
+"""Relative excess of a moment of inertia that rounding in a file may make."""
 
 
 def refuse_negative(file: Path, tree: ElementTree.Element) -> None:
@@ -35,3 +43,16 @@ def refuse_no_axis(file: Path, tree: ElementTree.Element) -> None:
         if numbers and not any(numbers):
             name = joint.get("name")
             raise MachineError(f"{file}: joint {name} has the axis {text.strip()}: no direction")
+
+
+def odd_moments(file: Path, bodies: Sequence[str], inertias: Sequence[Array]) -> Iterator[str]:
+    """A sentence on each body whose moments of inertia (3, 3) [kg m2] about its centre of mass no
+    body has: of the principal ones none is larger than the sum of the others."""
+    for body, inertia in zip(bodies, inertias, strict=True):
+        least, middle, most = np.linalg.eigvalsh(inertia)
+        if most > (1 + ROUNDED) * (least + middle):
+            yield (
+                f"{file}: no body has the principal moments {least:.3g}, {middle:.3g} and"
+                f" {most:.3g} kg m2 of link {body}, as the largest is more than the sum of the"
+                " others: are they about the centre of mass, each in its place? They are kept"
+            )

@@ -33,7 +33,7 @@ class RobotBase(ColumnBase):
     def __init__(self, file: Path, robot: Robot, tolerance: RobotTolerance, ts: float) -> None:
         self.file, self.robot, self._pin = file, robot, pinocchio(file)
         self._data, n = robot.model.createData(), len(robot.places)
-        self.length = _length(robot)
+        self.length, self.remarks = _length(robot), robot.remarks
         super().__init__(
             robot.kinds, [*_inertias(robot, tolerance, self.length), *_rotors(robot)], ts
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,12 @@ USAGE: type[Any] = typer.BadParameter.__bases__[0]
 """What every mistake in options and arguments derives from; typer does not name it."""
 HELP = "NoArgsIsHelpError"
 """Class of the exception that shows the help where no command is named."""
+
+
+def told(error: str, code: int) -> None:
+    """With `--json` what is wrong on stdout, too, where programs read."""
+    if "--json" in sys.argv:
+        print(json.dumps({"error": error, "exit": code}, ensure_ascii=False))
 
 
 @contextmanager
@@ -31,6 +38,8 @@ def wrong_usage(path: str = "", context: typer.Context | None = None) -> Iterato
         elif context is not None:
             path = f"{context.command_path} {context.invoked_subcommand or ''}".rstrip()
         text = error.format_message().replace("Value error, ", "")
-        print(f"{path}: {text[:1].lower()}{text[1:].rstrip('.')}", file=sys.stderr)
+        text = f"{text[:1].lower()}{text[1:].rstrip('.')}"
+        print(f"{path}: {text}", file=sys.stderr)
         print(f"`{path} --help` lists what there is", file=sys.stderr)
+        told(text, error.exit_code)
         raise typer.Exit(error.exit_code) from None

@@ -112,6 +112,31 @@ def test_mistake_is_json_where_that_was_asked_for(
     assert str(missing) in said["error"]
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["diagnose", "a.csv", "--nope"], "no such option: --nope"),
+        (["diagnose"], "missing argument 'RUN...'"),
+        (["identify", "a.csv", "--settle", "x"], "invalid value for '--settle'"),
+        (["nope"], "no such command 'nope'"),
+    ],
+)
+def test_option_that_is_wrong_is_json_where_that_was_asked_for(
+    words: list[str],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["flexhex", *words, "--json"])
+    with pytest.raises(SystemExit) as exit:
+        cli.main()
+    stdout, stderr = capsys.readouterr()
+    said = json.loads(stdout)
+    assert (exit.value.code, said["exit"]) == (2, 2)
+    assert said["error"].startswith(message)
+    assert stderr.splitlines()[0].endswith(f": {said['error']}")
+
+
 THREADS = """
 import os, sys
 from flexhex import cli

@@ -1,8 +1,10 @@
-"""Logs that name their joints, and a robot's file that has them in another order."""
+"""Joints in the order in which logs name them; moments of inertia of no body."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,3 +43,15 @@ def test_joints_of_a_file_are_in_the_order_in_which_logs_name_them() -> None:
         (names, tuple(f"j{k}" for k in range(1, 7))),
     ):
         assert_close(named(*said, joints=joints), usual.torque(turned, p), atol=1e-11)
+
+
+@pytest.mark.parametrize(("iyy", "odd"), [("0.014", False), ("0.019", False), ("0.04", True)])
+def test_moments_of_no_body_are_reported(iyy: str, odd: bool, tmp_path: Path) -> None:
+    """Files from CAD have them often enough; torques can be calculated all the same."""
+    (tmp_path / "arm.urdf").write_text(FILE.read_text().replace('iyy="0.014"', f'iyy="{iyy}"'))
+    base: Any = base_of(str(tmp_path / "arm.urdf"), None, log(6))
+    said = [text for text in base.remarks if "link_4" in text]
+    assert bool(said) == odd
+    assert all("largest is more than the sum of the others" in text for text in said)
+    usual: Any = base_of(str(FILE), None, log(6))
+    assert usual.remarks == ()
