@@ -31,9 +31,6 @@ from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 
 SOURCE = "diagnosed"
-STIFFEST = 0.002
-"""Stiffness of dry friction that has not yet given way, k Ts^2 / J of a joint, that the plant's
-steps integrate. Measured on the default machine: with 0.007 it runs away, with 0.0022 not."""
 Entry = dict[str, Any]
 
 
@@ -79,13 +76,12 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     is no machine.
     """
     data, machine = machine_data(machine_file), load_machine(machine_file)
-    softest = machine.timing.base**2 / (STIFFEST * machine.control.J_design)
     lasting = [change for change in diagnosis.changed if not change.runs]
     sections, left_out = changed_sections(data, lasting)
     known = [dict(entry) for entry in data.get("effects", [])]
     new: list[Entry] = []
     for named in diagnosis.effects:
-        entries, refused = _entries(named, known, softest)
+        entries, refused = _entries(named, known, machine.softest)
         new += entries
         left_out += refused
     base = os.path.relpath(machine_file.resolve(), out.resolve().parent)
@@ -146,8 +142,7 @@ def _given_way(
     if angle is None:
         return {}
     torque = sum(abs(estimates[g.name].value) for g in effect.gains if g.unit == "N m")
-    most = next(shape.high for shape in effect.shapes if shape.name == "s_0")
-    return {"s_0": replace(angle, value=min(max(angle.value, softest * torque), most))}
+    return {"s_0": replace(angle, value=max(angle.value, softest * torque))}
 
 
 def _axis(part: AxisEstimates) -> int:

@@ -47,6 +47,10 @@ WRONG = {
         ENTRY.replace("coulomb_friction", "coulomb_frictions"),
         r"effects\.1: there is no effect 'coulomb_frictions', did you mean 'coulomb_friction'\?",
     ),
+    "friction too stiff": (
+        ENTRY.replace("0.002", "1e-6"),
+        r"effects\.1: coulomb_friction gives way within s_0 = 1e-06 rad, at least .* widen s_0",
+    ),
     "axis beyond": (ENTRY.replace("[3, 5]", "[3, 7]"), r"effects\.1: axes: 7, .* 1 to 6"),
     "axis zero": (
         ENTRY.replace("[3, 5]", "[0, 5]"),
