@@ -11,10 +11,10 @@ from flexhex.diagnosis.estimation.estimate import Estimated
 from flexhex.diagnosis.estimation.extras import GROUP as EFFECT
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
 from flexhex.diagnosis.estimation.machine_values import announced, never_negative
-from flexhex.diagnosis.estimation.records import Parameter
 from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.regression.gram import safe_inverse
-from flexhex.diagnosis.result.verdict import NORMAL, Estimate
+from flexhex.diagnosis.result.estimates import Estimate, Parameter
+from flexhex.diagnosis.result.verdict import NORMAL
 
 Array = NDArray[np.float64]
 NARROWER, WIDER = 0.5, 10.0

@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
 from flexhex.diagnosis.estimation.motion import differences
-from flexhex.diagnosis.estimation.records import Identified, Parameter
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.planning.experiment import Limits, make
 from flexhex.diagnosis.planning.trajectory import Trajectory
 from flexhex.diagnosis.regression.gram import safe_inverse
+from flexhex.diagnosis.result.estimates import Parameter
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.fmus.common.effects import Experiment
 

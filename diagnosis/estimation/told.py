@@ -12,8 +12,8 @@ from flexhex.diagnosis.estimation.estimate import estimate
 from flexhex.diagnosis.estimation.extras import GROUP as EFFECT
 from flexhex.diagnosis.estimation.found import extras_of
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
-from flexhex.diagnosis.estimation.records import Parameter
 from flexhex.diagnosis.estimation.structure import Combination
+from flexhex.diagnosis.result.estimates import Parameter
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.fmus.common.effects import Effect

@@ -25,7 +25,8 @@ from pydantic import ValidationError
 
 from flexhex.diagnosis.machine_files.machine_changes import changed_sections
 from flexhex.diagnosis.machine_files.toml_text import toml_text
-from flexhex.diagnosis.result.verdict import Diagnosis, Estimate, Named
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.fmus.common.machine_file import load_machine, machine_data

@@ -29,7 +29,7 @@ from flexhex.fmus.common.errors import LogError
 
 if TYPE_CHECKING:
     from flexhex.diagnosis.basemodels.base import Base, Known
-    from flexhex.diagnosis.workflow import Options
+    from flexhex.diagnosis.prepare import Options
 
 Array = NDArray[np.float64]
 NOISE = 0.005

@@ -12,7 +12,8 @@ from scipy.special import chdtrc, erfc
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.regression.payloads import Load
-from flexhex.diagnosis.result.verdict import NORMAL, Changed, Estimate, Tolerated
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import NORMAL, Changed, Tolerated
 
 Array = NDArray[np.float64]
 LENGTHS = 0.003

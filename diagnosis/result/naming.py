@@ -11,7 +11,8 @@ import numpy as np
 from flexhex.diagnosis.jointfit.answer import Joint, shares, torque_of
 from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.kinds import with_unit
-from flexhex.diagnosis.result.verdict import NORMAL, Estimate, Named
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import NORMAL, Named
 from flexhex.fmus.common.effects import Effect, library
 
 

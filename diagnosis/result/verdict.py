@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.result.confidence import Confidence
+from flexhex.diagnosis.result.estimates import Estimate, Parameter, finite
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 from flexhex.diagnosis.result.rest import Rest
-
-if TYPE_CHECKING:
-    from flexhex.diagnosis.estimation.records import Parameter
 
 Array = NDArray[np.float64]
 NORMAL = 1.96
@@ -27,20 +25,6 @@ WORSE = 1.02
 LARGE = 0.2
 """Share of an axis' torque (RMS) that is left, from which something large is missing."""
 VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value with its 95 % interval, in `unit`; told: it says something to a reader."""
-
-    value: float
-    ci95: tuple[float, float]
-    unit: str
-    told: bool = True
-
-    def data(self) -> dict[str, Any]:
-        """As in `--json`."""
-        return {"value": self.value, "ci95": [_finite(v) for v in self.ci95], "unit": self.unit}
 
 
 @dataclass(frozen=True)
@@ -72,7 +56,7 @@ class Named:
             "rivals": list(self.rivals),
             "rivals_on": list(self.open),
             "experiment": self.experiment,
-            "share": _finite(self.share),
+            "share": finite(self.share),
         }
 
 
@@ -89,7 +73,7 @@ class Changed:
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
         e = self.estimate
-        ci = [_finite(v) for v in e.ci95]
+        ci = [finite(v) for v in e.ci95]
         return {
             "parameter": self.parameter,
             "from": self.nominal,
@@ -154,7 +138,7 @@ class Residual:
         }
         rows = {**shown, "nominal": self.held_out.get("nominal", self.nominal)}
         per_axis = {
-            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
+            str(i + 1): {name: finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
             for i, unit in enumerate(self.units)
         }
         for i, share in enumerate(self.resting):
@@ -162,7 +146,7 @@ class Residual:
         totals = {name: rms(v) if self.unit else math.nan for name, v in rows.items()}
         return {
             "unit": self.unit or None,
-            **{name: _finite(value) for name, value in totals.items()},
+            **{name: finite(value) for name, value in totals.items()},
             "per_axis": per_axis,
             "judged_on": "held-out runs" if self.held_out else "the same runs",
         }
@@ -223,7 +207,3 @@ def rms(values: Array) -> float:
     """Root of the mean square; NaN entries do not count."""
     known = values[np.isfinite(values)]
     return float(np.sqrt((known**2).mean())) if known.size else math.nan
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -19,10 +19,7 @@ from flexhex.diagnosis.result.naming import (
 )
 from flexhex.diagnosis.result.pictured import Candidate
 from flexhex.diagnosis.result.rest import REFUTED, TOO_LARGE, UNCONFIRMED, UNSURE, Rest
-from flexhex.diagnosis.result.verdict import (
-    Changed,
-    Named,
-)
+from flexhex.diagnosis.result.verdict import Changed, Named
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.faint import with_faint

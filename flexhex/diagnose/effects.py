@@ -6,7 +6,8 @@ import math
 
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.titles import title, where
-from flexhex.diagnosis.result.verdict import Diagnosis, Estimate
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.output.tables import printed
 
 EFFECTS = ("effect", "where", "parameters, 95 %", "explains")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from flexhex.diagnosis.kinds import with_unit
-from flexhex.diagnosis.result.verdict import Estimate
+from flexhex.diagnosis.result.estimates import Estimate
 from flexhex.output.tables import printed
 
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 from flexhex.diagnose.numbers import listed, measured, number, rounded
 from flexhex.diagnosis.kinds import with_unit
-from flexhex.diagnosis.result.verdict import Estimate, Named
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Named
 from flexhex.fmus.common.effects import library
 
 SEVERAL = 3

@@ -18,14 +18,7 @@ from flexhex.diagnose.titles import capital, phrase, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.naming import by_name
 from flexhex.diagnosis.result.rest import UNCONFIRMED
-from flexhex.diagnosis.result.verdict import (
-    LARGE,
-    WORSE,
-    Diagnosis,
-    Named,
-    Residual,
-    rms,
-)
+from flexhex.diagnosis.result.verdict import LARGE, WORSE, Diagnosis, Named, Residual, rms
 
 Array = NDArray[Any]
 UNNAMED = ("unknown", "cannot tell")

@@ -11,7 +11,8 @@ from rich.console import Console
 from flexhex.diagnose.numbers import number
 from flexhex.diagnose.titles import capital, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
-from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
+from flexhex.diagnosis.estimation.records import Errors, Identified
+from flexhex.diagnosis.result.estimates import Parameter, summed
 from flexhex.identify.view import with_deviation
 from flexhex.output.tables import Column, Value, console, printed, table
 

@@ -25,7 +25,8 @@ from flexhex.diagnose.options import refuse_unwritable
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.machine_files.machine_changes import changed_sections
 from flexhex.diagnosis.machine_files.toml_text import toml_text
-from flexhex.diagnosis.result.verdict import Changed, Estimate
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Changed
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine

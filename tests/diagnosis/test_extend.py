@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.machine_files.extend import extend, extended_file
-from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Named, Residual
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named, Residual
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
 from flexhex.fmus.common.model.bodies import inertia, point_mass
 from tests.conftest import MACHINE_FILE

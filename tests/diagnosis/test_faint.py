@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from flexhex.diagnosis.result.estimates import Estimate
 from flexhex.diagnosis.result.naming import widened
-from flexhex.diagnosis.result.verdict import Estimate, Named
+from flexhex.diagnosis.result.verdict import Named
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv

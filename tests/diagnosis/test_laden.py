@@ -9,7 +9,8 @@ import pytest
 
 from flexhex.diagnosis.basemodels.base import Known
 from flexhex.diagnosis.result import laden
-from flexhex.diagnosis.result.verdict import Changed, Estimate
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Changed
 
 
 @pytest.mark.parametrize(("still", "answer"), [("", True), ("twice as large", False)])

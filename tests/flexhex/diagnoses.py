@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from flexhex.diagnosis.result.estimates import Estimate
 from flexhex.diagnosis.result.pictured import Candidate, Map
-from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Named, Residual
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named, Residual
 
 N = 6
 NON_REPEATABLE = np.full(N, 0.009)

@@ -43,8 +43,11 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     )
     assert wanted in [command for _, command in next_steps(BASIC, invocation)]
     assert wanted in [command for _, command in next_steps(CHANGED, invocation)]
+    # an effect of the user's own is found again by its file
     foreign = replace(BASIC, effects=(replace(BASIC.effects[0], id="gas_spring"),))
-    assert wanted not in [command for _, command in next_steps(foreign, invocation)]
+    own = replace(invocation, words=(*words, "--effect", "effect.py:GasSpring"))
+    there = wanted.replace(" --diagnosis", " --effect effect.py:GasSpring --diagnosis")
+    assert there in [command for _, command in next_steps(foreign, own)]
 
 
 def test_fmu_has_the_geometry_of_the_file() -> None:

@@ -24,7 +24,8 @@ from flexhex.diagnose.view import (
     residual_rows,
 )
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate, Tolerated
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Tolerated
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,

@@ -15,7 +15,8 @@ from flexhex.diagnose.replay import plant_values, replay
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.logs import Log, read_log
 from flexhex.diagnosis.machine_files.extend import extended_file
-from flexhex.diagnosis.result.verdict import Diagnosis, Estimate, Named, Residual
+from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.verdict import Diagnosis, Named, Residual
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.bodies import Mechanism, nominal_mechanism

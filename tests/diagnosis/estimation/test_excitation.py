@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.excitation import Excitation, excitation
 from flexhex.diagnosis.estimation.identified import identify
-from flexhex.diagnosis.estimation.records import Identified, Parameter
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.prepare import Options
+from flexhex.diagnosis.result.estimates import Parameter
 from tests.diagnosis.estimation import machines
 
 Array = NDArray[np.float64]

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.bodies import TEN, consistent
 from flexhex.diagnosis.estimation.identified import identify
-from flexhex.diagnosis.estimation.records import Identified, summed
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.prepare import Options
+from flexhex.diagnosis.result.estimates import summed
 from flexhex.fmus.common.errors import LogError
 from flexhex.init import two_links as example
 from tests.compare import assert_close

@@ -1,0 +1,79 @@
+"""Values with their intervals, and parameters of a base model, as they are said."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its 95 % interval, in `unit`; told: it says something to a reader."""
+
+    value: float
+    ci95: tuple[float, float]
+    unit: str
+    told: bool = True
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {"value": self.value, "ci95": [finite(v) for v in self.ci95], "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter, or a sum of several.
+
+    terms: names with coefficients; file: its value there, and tolerance: one standard deviation of
+    that, infinite where nothing is known. determined: whether the runs say more of it than the
+    file.
+    """
+
+    terms: tuple[tuple[str, float], ...]
+    estimate: Estimate
+    file: float
+    tolerance: float
+    determined: bool
+
+    @property
+    def name(self) -> str:
+        """As it is read: `link_3.mc_x + 0.31 link_4.m`."""
+        return summed(self.terms)
+
+    @property
+    def shift(self) -> float:
+        """Difference from the file in tolerances; NaN where there is none."""
+        known = 0 < self.tolerance < math.inf
+        return (self.estimate.value - self.file) / self.tolerance if known else math.nan
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {
+            "name": self.name,
+            "terms": [{"parameter": name, "factor": factor} for name, factor in self.terms],
+            **self.estimate.data(),
+            "file": self.file if math.isfinite(self.tolerance) else None,
+            "tolerance": self.tolerance if math.isfinite(self.tolerance) else None,
+            "difference_in_tolerances": None if math.isnan(self.shift) else self.shift,
+            "determined": self.determined,
+        }
+
+
+def summed(terms: Sequence[tuple[str, float]], most: int | None = None) -> str:
+    """`link_3.mc_x + 0.31 link_4.m`; no more than so many terms, of which the last says how many
+    there are."""
+    listed = list(terms if most is None or len(terms) <= most else terms[: most - 1])
+    text = ""
+    for k, (name, factor) in enumerate(listed):
+        sign = " - " if factor < 0 else " + "
+        size = f"{abs(factor):.3g}"
+        shown = name if size == "1" else f"{size} {name}"
+        text += (sign if k else "-" * (factor < 0)) + shown
+    left = len(terms) - len(listed)
+    return text + (f" + {left} more" if left else "")
+
+
+def finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
