@@ -31,4 +31,5 @@ def test_offsets_of_several_axes_are_one_sentence() -> None:
     both = residual(repeats=0.5)
     both.repeatable_after[1] = 0.3
     (text,) = slow(both, {0: 0.3, 1: 0.0})
-    assert text.startswith("axes 1 and 2: offsets or slopes of whole runs are left, 0.4 N m, 0.3 N m:")
+    what = "offsets or slopes of whole runs are left, 0.4 N m, 0.3 N m:"
+    assert text.startswith(f"axes 1 and 2: {what}")
