@@ -13,7 +13,8 @@ from flexhex.fmus.common.errors import MachineError
 
 Array = NDArray[np.float64]
 ROUNDED = 0.01
-"""Relative excess of a moment of inertia that rounding in a file may make."""
+"""Relative excess of a moment of inertia that rounding in a file may make: beyond it there is a
+remark, and nothing else depends on it."""
 
 
 def refuse_negative(file: Path, tree: ElementTree.Element) -> None:

@@ -17,7 +17,7 @@ from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.errors import UsageError, unreadable
 
 FOREIGN = "no effect of the library; if it is your own, name its file, --effect FILE.py:NAME"
-
+"""Why an effect of another name is not fitted."""
 NONE: Mapping[str, Effect] = MappingProxyType({})
 """No effects of the user's own."""
 

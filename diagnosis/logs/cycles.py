@@ -26,7 +26,8 @@ CLOSE = 4.0
 SHORTEST = 4.0
 """Passes are not shorter than this [s] where two of them fit: shorter cycles stay together."""
 REST = 0.5
-"""A motion ends where all axes rest for so long [s], if it has lasted for SHORTEST."""
+"""A motion ends where all axes rest for so long [s], if it has lasted for SHORTEST. Of eight logs a
+half of it parts two more, at slow turns and at rests of 0.2 s; twice as much changes none."""
 
 
 @dataclass(frozen=True)
