@@ -11,42 +11,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
-from flexhex.diagnosis.drives.drifts import drifts_of, without
 from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.estimation.told import parameters_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.hypotheses.own_effect import sought
-from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside
 from flexhex.diagnosis.jointfit.guard import (
     delayed,
-    moved,
     poor_axes,
-    without_bent_delay,
 )
 from flexhex.diagnosis.jointfit.smoothed import fitted
+from flexhex.diagnosis.mechanism import mechanism, steadily
 from flexhex.diagnosis.prepare import Given, Options, RunSet, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.residuals import Before, before_of, residual_of, resting, slow
+from flexhex.diagnosis.residuals import before_of, residual_of, resting, slow
 from flexhex.diagnosis.result.changed import tolerated_of
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.laden import answered
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
 from flexhex.diagnosis.result.verdict import Diagnosis
-from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.decided import verdict_of
-from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.strips import strips
 from flexhex.numeric.memory import give_back
 
 Array = NDArray[np.float64]
-SEARCHES = 3
-"""Searches of the mechanism at most."""
 Progress = Callable[[str, int, int], None]
 USUAL = Options()
 __all__ = ["Options", "diagnose", "diagnose_files", "silent"]
@@ -112,7 +105,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     """The answer for a base model that fits the runs well enough."""
     n, judged = model.base.n, run_set.judged
     known = compiled(n, sought(run_set.own), model.base.holds)
-    before, settled = _mechanism(model, known, judged, lambda text: progress(text, 2, 4))
+    before, settled = mechanism(model, known, judged, lambda text: progress(text, 2, 4))
     give_back()
     model, sides = settled.fit.bench.model, [settled]
     if len(poor_axes(model, settled.fit.residual)) == n:
@@ -120,7 +113,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     progress("commanded against reported torque", 3, 4)
     late = delayed(settled.fit, CRITERIA.deviations)
     sides += drives_of(model, [block.run for block in model.blocks], judged)
-    settled, drifts = _steadily(settled, known, judged, lambda text: progress(text, 3, 4))
+    settled, drifts = steadily(settled, known, judged, lambda text: progress(text, 3, 4))
     model, sides[0] = settled.fit.bench.model, settled
     sides += drifts
     named = [effect for side in sides for effect in side.named]
@@ -166,78 +159,6 @@ def _confidence(side: Side, verdict: str) -> Confidence | None:
         return None
     trajectories = {block.run.trajectory for block in model.blocks}
     return confidence_of(verdict) if model.noise.repeats and len(trajectories) > 1 else None
-
-
-def _mechanism(
-    model: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
-) -> tuple[Before, Side]:
-    """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
-
-    What is missing bends the fit of widths and delay, and a bent fit asks for effects that are not
-    there; so the search begins anew beside the base model that its own answer leaves. If that finds
-    what leaves more, the earlier answer stays.
-    """
-    now = found(Bench(model, known), judged, say)
-    before = before_of(now.bench.model, now.others)
-    for _ in range(SEARCHES - 1):
-        left = now.left
-        # the columns and rows of one search at a time: they take most of the memory
-        now.bench.forget()
-        give_back()
-        settled = _settled(model, now)
-        if settled is None:
-            break
-        # before the next one, as it holds all that was scored
-        del now
-        give_back()
-        now = found(Bench(settled, known), judged, say)
-        if np.nanprod((now.left / left) ** 2) > 1 / EXPLAINED:
-            settled.forget()
-            del now
-            give_back()
-            now = found(Bench(model, known), judged, say)
-            break
-        model = settled
-    # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing
-    side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
-    held = without_bent_delay(side.fit, *least) if side.remains else None
-    if held is not None:
-        now.bench.forget()
-        now = found(Bench(held, known), judged, say)
-        side, before = now.side, before_of(now.bench.model, now.others)
-    return before, side
-
-
-def _steadily(
-    first: Side, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
-) -> tuple[Side, list[Side]]:
-    """What the mechanism lacks without what changes from run to run, and that.
-
-    A drift is fitted beside a model that it has bent, so once more beside the one that is fitted
-    without it. If something repeats that nothing explains, with a drift and without it, it would be
-    taken for one: then there is none.
-    """
-    now, drifts = first, drifts_of(first, judged)
-    for _ in range(SEARCHES - 1):
-        if not drifts or not (now.fit.parts or now.remains):
-            break
-        drift = drifts[0].fit
-        model = without(now.fit, drift)
-        now.fit.bench.model.forget()
-        now = found(Bench(model, known), judged, say, drift).side
-        drifts = drifts_of(now, judged)
-        if not now.remains:
-            break
-    # what was taken off is told, and nothing else hid behind it
-    good = drifts and not (first.remains and now.remains)
-    return (now, drifts) if good else (first, [])
-
-
-def _settled(model: Calibrated, now: Found) -> Calibrated | None:
-    """The base model beside what was found, if that moved it."""
-    fit = now.fit
-    anew = None if fit is None else beside(fit)
-    return anew if fit and anew and moved(model, anew, fit, CRITERIA.smallest_effect) else None
 
 
 def diagnose_files(

@@ -20,7 +20,11 @@ every machine."""
 USUAL_TIME = 200.0
 """Time [s] that the library's long time constants are around, from a tenth to ten times of it: of
 a shorter one all is over soon, a longer one is a straight line."""
-TURNS, RATE = "1/rad", "rad/s"
+TURNS, RATE, HERTZ = "1/rad", "rad/s", "Hz"
+FASTEST = 2.0
+"""Periods within the smoothing window of the fastest mode that can be told: there its Hann weights
+have their first zero. Of a faster one they leave no resonance, and all that answers linearly to
+the acceleration looks alike."""
 PERIODS = 1.0
 """Least periods of a wave over the stroke: of a part of one an axis sees a spring. With 1.5
 a ripple of 1.03 periods was not found."""
@@ -32,7 +36,7 @@ class Scales:
     what the library's sizes are for; places: mean angle of each axis; slowest: order of a wave that
     has `PERIODS` over its stroke; peaks: its largest torque;
     usual: the larger of its RMS about the mean and its median magnitude [N m]; time: that the runs
-    tell, relative to the library's; effects: by id."""
+    tell, relative to the library's; fastest: frequency of a mode [Hz]; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
@@ -41,6 +45,7 @@ class Scales:
     peaks: tuple[float, ...]
     usual: tuple[float, ...]
     time: float
+    fastest: float
     effects: Mapping[str, Effect]
 
     @staticmethod
@@ -67,7 +72,8 @@ class Scales:
         ]
         time = _power_of_two(max(float(max(ends)), tiny) / USUAL_TIME)
         known = {effect.id: effect for effect in effects}
-        return Scales(kinds, tuple(ranges), places, slowest, peaks, usual, time, known)
+        fastest = FASTEST / model.base.window
+        return Scales(kinds, tuple(ranges), places, slowest, peaks, usual, time, fastest, known)
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -99,7 +105,7 @@ class Scales:
     def possible(self, name: str, axis: int, shape: Mapping[str, float]) -> bool:
         """Whether an axis may have such a shape."""
         ranges = self.ranges(name, axis)
-        return all(ranges[n].low <= v for n, v in shape.items())
+        return all(ranges[n].low <= v <= ranges[n].high for n, v in shape.items())
 
     def ranges(self, name: str, axis: int) -> Mapping[str, Shape]:
         """Shapes of an effect with bounds and grid for an axis."""
@@ -122,7 +128,8 @@ class Scales:
             low = max(low, self.slowest[axis]) if s.unit == TURNS and not s.as_is else low
             # what is over soon is no drift
             low = max(low, grid[0]) if s.of_time else low
-            within = tuple(value for value in grid if value >= low)
+            high = min(high, self.fastest) if s.unit == HERTZ and not s.as_is else high
+            within = tuple(value for value in grid if low <= value <= high)
             shapes[s.name] = replace(s, low=low, high=high, start=start, grid=within)
         return shapes
 

@@ -29,6 +29,8 @@ BENT = 0.05
 """Change of a width or rotor, relative, that bends what is searched beside it."""
 FITS = 4
 """Fits until each axis has the variance of what is left there."""
+SILENT = 1e6
+"""Times its noise with which an axis has no say."""
 
 
 def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:
@@ -103,20 +105,33 @@ def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrate
     on which something else is missing has no say over those that fit. deviations: standard errors
     that a clear one stands above zero; least: relative RMS below which nothing is left.
     """
-    model = fit.bench.model
     late, deviation = delay_of(fit)
     if abs(late) < deviations * deviation:
         return None
     delay = _asked_by_axes_that_fit(fit, least)
     if abs(delay - late) < deviation:
         return None
-    late = HELD * model.fitted.late
-    fitted = replace(model.fitted, delay=delay, expected=delay, late=late)
-    held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
-    held = held.as_sure(model)
+    held = _held(fit, delay)
     alone = again(fit, Bench(held, list(fit.bench.effects.values())))
-    after, before = (np.maximum(left_rms(f), least * model.torque_rms) for f in (fit, alone))
+    after, before = (
+        np.maximum(left_rms(f), least * f.bench.model.torque_rms) for f in (fit, alone)
+    )
     return None if np.prod((after / before) ** 2) < EXPLAINED else held
+
+
+def without_lags(fit: Joint, deviations: float) -> Calibrated | None:
+    """The base model with the delay of the torques of the axis that asks for the least lag, and no
+    freedom for another one, if the fit has a clear one with more. None else.
+
+    A delay is common to all axes, a lag of a drive adds to it on its own. deviations: standard
+    errors that differences count from.
+    """
+    late, deviation = delay_of(fit)
+    if abs(late) < deviations * deviation:
+        return None
+    asked = [delay_of(_weighed(fit, own)) for own in np.where(np.eye(fit.bench.n), 1.0, SILENT)]
+    ahead = [one for one, own in asked if one - late > deviations * np.hypot(own, deviation)]
+    return _held(fit, max(ahead)) if ahead else None
 
 
 def _asked_by_axes_that_fit(fit: Joint, least: float) -> float:
@@ -125,11 +140,25 @@ def _asked_by_axes_that_fit(fit: Joint, least: float) -> float:
     for _ in range(FITS):
         model = fit.bench.model
         left = [model.white(i, [own[:, i] for own in fit.residual]) for i in range(model.base.n)]
-        scale = model.noise.scale * [float(np.sqrt((own**2).mean())) for own in left]
-        even = replace(model, noise=replace(model.noise, scale=scale))
-        fit = again(fit, Bench(even, list(fit.bench.effects.values())))
+        fit = _weighed(fit, np.array([float(np.sqrt((own**2).mean())) for own in left]))
     fits = left_rms(fit) < least * fit.bench.model.torque_rms
     return delay_of(fit)[0] if fits.any() else 0.0
+
+
+def _held(fit: Joint, delay: float) -> Calibrated:
+    """The base model of a fit with a delay of the torques [s] and no freedom for another one."""
+    model = fit.bench.model
+    late = HELD * model.fitted.late
+    fitted = replace(model.fitted, delay=delay, expected=delay, late=late)
+    held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
+    return held.as_sure(model)
+
+
+def _weighed(fit: Joint, times: Array) -> Joint:
+    """The same with so many times (n,) the noise on each axis."""
+    model = fit.bench.model
+    even = replace(model, noise=replace(model.noise, scale=model.noise.scale * times))
+    return again(fit, Bench(even, list(fit.bench.effects.values())))
 
 
 def left_rms(fit: Joint) -> Array:

@@ -145,10 +145,10 @@ def test_columns_have_all_axes_and_one_gain_may_be_flat(tmp_path: Path) -> None:
 
 def test_values_to_try_are_taken_as_they_stand(tmp_path: Path) -> None:
     file = tmp_path / "effect.py"
-    file.write_text(FEW.format('shapes = (("a", "N m", (1, 2)),)', ", a", "a * axis.theta"))
+    file.write_text(FEW.format('shapes = (("a", "Hz", (1, 2)),)', ", a", "a * axis.theta"))
     effect = own_effects([f"{file}:Mine"])["mine"]
     sizes, mine = ((8.0, 2.0, 2.0),), {"mine": effect}
-    scales = Scales((ROTARY,), sizes, (0.0,), (1.0,), (30.0,), (8.0,), 1.0, mine)
+    scales = Scales((ROTARY,), sizes, (0.0,), (1.0,), (30.0,), (8.0,), 1.0, 1.0, mine)
     assert scales.sized("mine", 0, {"a": 1.5}) == {"a": 1.5}
     assert (scales.ranges("mine", 0)["a"].low, scales.ranges("mine", 0)["a"].high) == (1.0, 2.0)
 

@@ -20,5 +20,6 @@ def usual(effects: Mapping[str, Any]) -> Scales:
         peaks=(1.0,) * 6,
         usual=(0.1,) * 6,
         time=1.0,
+        fastest=200.0,
         effects=inner,
     )
