@@ -23,7 +23,8 @@ Base = Annotated[
     typer.Option(
         metavar="NAME",
         help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), a"
-        " robot's file (.urdf, MJCF .xml, .sdf), or one of your own, FILE.py:NAME",
+        " robot's file (.urdf, MJCF .xml, .sdf, or .toml beside one), or one of your own,"
+        " FILE.py:NAME",
         autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
     ),
 ]

@@ -20,8 +20,9 @@ from flexhex.diagnosis.basemodels.own_file import (
     split,
 )
 from flexhex.diagnosis.basemodels.robot_file import is_robot, read_robot, refuse_robot
+from flexhex.diagnosis.basemodels.robot_more import read_more
 from flexhex.diagnosis.basemodels.robots import RobotBase
-from flexhex.diagnosis.basemodels.tolerances import RobotTolerance, with_tolerance
+from flexhex.diagnosis.basemodels.tolerances import with_tolerance
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine_file import load_machine
@@ -66,8 +67,8 @@ def known_base(name: str) -> None:
     elif name not in BASES and name not in offered():
         listed = ", ".join((*BASES, *offered()))
         raise UsageError(
-            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf), and a base"
-            " model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
+            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf, .toml), and a"
+            " base model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
         )
 
 
@@ -87,9 +88,10 @@ def base_of(
     """
     known_base(name)
     if is_robot(name):
-        robot = read_robot(Path(name), joints, log["theta"].width, log.joints)
-        known = with_tolerance(RobotTolerance(), tolerance)
-        return RobotBase(Path(name), robot, known, log["theta"].ts)
+        more = read_more(name)
+        robot = read_robot(more.file, joints, log["theta"].width, log.joints, more)
+        known = with_tolerance(more.tolerance, tolerance)
+        return RobotBase(more.file, robot, known, log["theta"].ts)
     if joints:
         raise UsageError(f"--joints: base model {name} is no robot's file: take it out")
     if tolerance:
