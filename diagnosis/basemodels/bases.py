@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
-from flexhex.diagnosis.basemodels.arms import SCHUNK
 from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
@@ -46,15 +44,9 @@ def _axis(machine_file: Path | None, log: Log) -> Base:
     return AxisBase(log["theta"].width, log["theta"].ts, log.kinds)
 
 
-def _schunk(machine_file: Path | None, log: Log) -> Base:
-    log.refuse_width(len(SCHUNK.links))
-    return RigidArmBase(SCHUNK, log["theta"].ts)
-
-
 BASES: Mapping[str, Callable[[Path | None, Log], Base]] = {
     "hexapod": _hexapod,
     "axis": _axis,
-    "schunk": _schunk,
 }
 
 

@@ -134,8 +134,6 @@ def _rotors(robot: Robot, known: RobotTolerance) -> list[Known]:
         armature = float(model.armature[model.joints[place].idx_v])
         value, spread = robot.more.rotor_of(joint, armature, known.inertia)
         group = f"{kind.inertia}_r"
-        name = f"{group}[{i}]"
-        if np.isfinite(spread):
-            group = name
-        listed.append(Known(name, kind.unit("kg m2"), value, spread, group, i - 1))
+        unit = kind.unit("kg m2")
+        listed.append(Known(f"{group}[{i}]", unit, value, spread, group, i - 1))
     return listed
