@@ -60,7 +60,7 @@ def main(files: list[Path]) -> None:
         flexhex(folder, "init", "my.toml", *INIT)
         picture(folder / "my.html", "my-hexapod.png", 1100, 620)
         logs = [HERE.parent / "examples" / "schunk" / f"{log}.csv" for log in ARM]
-        runs, shape, _ = measured_runs(logs, None, Options("schunk"))
+        runs, shape, _ = measured_runs(logs, None, Options(str(logs[0].with_name("lwa4p.toml"))))
         page = write_view(page, "arm", page_data(runs, shape, (0.0, 60.0), t=MOVING))
         picture(page, "arm.png", 1120, 640)
         (folder / "axis").symlink_to(HERE.parent / "examples" / "axis")

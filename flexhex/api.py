@@ -247,13 +247,12 @@ def identify_runs(
     intervals, as values that a machine can have (docs/identify.md).
 
     runs: logs of one machine, as paths or as `read_log` gives them. held_out: logs that are not
-    fitted. base: `axis` (each by itself),
-    `schunk`, a robot's file, or one of your own, `base.py:Arm`. tolerance: of a robot's file,
-    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. settle [s]: left
-    out at the start of each run. diagnosis: one, or the diagnosis.json that `flexhex diagnose`
-    wrote; its effects are fitted with all parameters. effects: those of your own that it may have
-    named, `effect.py:GasSpring`. torque_constant, units, rename: how paths are read, as for
-    `read_log`.
+    fitted. base: `axis` (each by itself), a robot's file or the `.toml` beside it, or one of your
+    own, `base.py:Arm`. tolerance: of a robot's file, `{"mass": 0.1}`. joints: of a robot's file,
+    in the order of the logs' axes. settle [s]: left out at the start of each run.
+    diagnosis: one, or the diagnosis.json that `flexhex diagnose` wrote; its effects are fitted with
+    all parameters. effects: those of your own that it may have named, `effect.py:GasSpring`.
+    torque_constant, units, rename: how paths are read, as for `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -296,11 +295,10 @@ def diagnose_runs(
     runs: logs of one machine, several passes of several trajectories, as paths or as `read_log`
     gives them. held_out: logs of other trajectories, which are not fitted. machine: its machine
     file; None is the T-Flex, and nothing for other bases. base: `hexapod`, `axis` (each by itself),
-    `schunk`, a robot's file, or one of your own, `base.py:Arm` (docs/own-base.md). tolerance: in
-    place of the machine file's,
-    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. effects: of your
-    own, `effect.py:GasSpring` (docs/own-effect.md), beside the library's. torque_constant, units,
-    rename: how paths are read, as for `read_log`.
+    a robot's file or the `.toml` beside it, or one of your own, `base.py:Arm` (docs/own-base.md).
+    tolerance: in place of the machine file's, `{"mass": 0.1}`. joints: of a robot's file, in the
+    order of the logs' axes. effects: of your own, `effect.py:GasSpring` (docs/own-effect.md),
+    beside the library's. torque_constant, units, rename: how paths are read, as for `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 

@@ -15,15 +15,16 @@ if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
     from flexhex.diagnosis.prepare import Options
 
-KINDS = ("hexapod", "axis", "schunk")
+KINDS = ("hexapod", "axis")
 """Names that come with the package."""
 
 Base = Annotated[
     str,
     typer.Option(
         metavar="NAME",
-        help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), a"
-        " robot's file (.urdf, MJCF .xml, .sdf), or one of your own, FILE.py:NAME",
+        help="model of the mechanism: hexapod, axis (each by itself), a"
+        " robot's file (.urdf, MJCF .xml, .sdf, or .toml beside one), or one of your own,"
+        " FILE.py:NAME",
         autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
     ),
 ]

@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
-from flexhex.diagnosis.basemodels.arms import SCHUNK
 from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
@@ -20,8 +18,9 @@ from flexhex.diagnosis.basemodels.own_file import (
     split,
 )
 from flexhex.diagnosis.basemodels.robot_file import is_robot, read_robot, refuse_robot
+from flexhex.diagnosis.basemodels.robot_more import read_more
 from flexhex.diagnosis.basemodels.robots import RobotBase
-from flexhex.diagnosis.basemodels.tolerances import RobotTolerance, with_tolerance
+from flexhex.diagnosis.basemodels.tolerances import with_tolerance
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine_file import load_machine
@@ -45,15 +44,9 @@ def _axis(machine_file: Path | None, log: Log) -> Base:
     return AxisBase(log["theta"].width, log["theta"].ts, log.kinds)
 
 
-def _schunk(machine_file: Path | None, log: Log) -> Base:
-    log.refuse_width(len(SCHUNK.links))
-    return RigidArmBase(SCHUNK, log["theta"].ts)
-
-
 BASES: Mapping[str, Callable[[Path | None, Log], Base]] = {
     "hexapod": _hexapod,
     "axis": _axis,
-    "schunk": _schunk,
 }
 
 
@@ -66,8 +59,8 @@ def known_base(name: str) -> None:
     elif name not in BASES and name not in offered():
         listed = ", ".join((*BASES, *offered()))
         raise UsageError(
-            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf), and a base"
-            " model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
+            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf, .toml), and a"
+            " base model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
         )
 
 
@@ -87,9 +80,10 @@ def base_of(
     """
     known_base(name)
     if is_robot(name):
-        robot = read_robot(Path(name), joints, log["theta"].width, log.joints)
-        known = with_tolerance(RobotTolerance(), tolerance)
-        return RobotBase(Path(name), robot, known, log["theta"].ts)
+        more = read_more(name)
+        robot = read_robot(more.file, joints, log["theta"].width, log.joints, more)
+        known = with_tolerance(more.tolerance, tolerance)
+        return RobotBase(more.file, robot, known, log["theta"].ts)
     if joints:
         raise UsageError(f"--joints: base model {name} is no robot's file: take it out")
     if tolerance:

@@ -9,26 +9,32 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
+from flexhex.diagnosis.basemodels.robot_joints import (
+    OPTION,
+    chosen_joints,
+    kind_of,
+    moving_joints,
+    refuse_couplings,
+    refuse_mimics,
+)
+from flexhex.diagnosis.basemodels.robot_more import ENDING, Load, More, is_more, read_more
 from flexhex.diagnosis.basemodels.robot_sdf import as_urdf
 from flexhex.diagnosis.basemodels.robot_senseless import (
     odd_moments,
     refuse_negative,
     refuse_no_axis,
 )
-from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind, Kinds
+from flexhex.diagnosis.kinds import Kinds
 from flexhex.fmus.common.errors import MachineError, UsageError, unreadable
 
 ROOTS = {".urdf": "robot", ".xml": "mujoco", ".sdf": "sdf"}
 """What a file of each ending begins with."""
-TURNS = ("JointModelR",)
-SLIDES = ("JointModelPX", "JointModelPY", "JointModelPZ", "JointModelPrismatic")
 SHORT_OF = 1e-6
 """Share of its largest by which the smallest moment of a body may be negative: rounding."""
 
@@ -37,23 +43,32 @@ SHORT_OF = 1e-6
 class Robot:
     """model: Pinocchio's, with the chosen joints alone. joints: names in the order of the axes;
     places: their numbers in the model; kinds: of the axes; bodies: a link that each moves. remarks:
-    what a user must know of the file."""
+    what a user must know of the file. more: what stands beside it. load: its tool."""
 
     model: Any
     joints: tuple[str, ...]
     places: tuple[int, ...]
     kinds: Kinds
     bodies: tuple[str, ...]
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...]
+    more: More
+    load: Load | None = None
 
 
 def is_robot(name: str) -> bool:
     """Whether `--base` names such a file."""
-    return Path(name).suffix in (*ROOTS, ".xacro")
+    return Path(name).suffix in (*ROOTS, ".xacro", ENDING)
 
 
 def refuse_robot(file: Path) -> None:
-    """UsageError for a file that is not there, or of a kind that cannot be read."""
+    """UsageError for a file that is not there, or of a kind that cannot be read; MachineError for
+    what a TOML beside it says wrong."""
+    if is_more(file) and file.is_file():
+        more = read_more(file)
+        if not is_robot(more.robot) or not more.file.is_file():
+            what = "no such file" if is_robot(more.robot) else "no robot's file (.urdf, .xml, .sdf)"
+            raise MachineError(f"{more.where('robot')}: {more.file}: {what}")
+        file = more.file
     if not file.is_file():
         raise UsageError(f"--base {file}: {'is a folder' if file.is_dir() else 'no such file'}")
     if file.suffix == ".xacro":
@@ -68,40 +83,62 @@ def pinocchio(file: Path | str = "robot.urdf") -> Any:
         raise UsageError(f"--base {file}: needs Pinocchio: pip install 'flexhex[robots]'") from None
 
 
-def read_robot(file: Path, joints: Sequence[str], axes: int, logged: Sequence[str] = ()) -> Robot:
+def read_robot(
+    file: Path,
+    joints: Sequence[str],
+    axes: int,
+    logged: Sequence[str] = (),
+    more: More | None = None,
+) -> Robot:
     """The robot of a file with the joints of so many axes, all others locked where they are zero.
 
-    joints: names in the order of the axes; () takes those that the logs name, `logged`, if the
-    file has them all, or all that move, in the order of the file. Raises UsageError for the choice
-    of joints, MachineError for a file that describes no machine whose torques can be calculated.
+    joints: names in the order of the axes; () takes those of `more`, what stands beside the file,
+    or that the logs name, `logged`, if the file has them all, or all that move, in the order of the
+    file. Raises UsageError for the choice of joints, MachineError for a file that describes no
+    machine whose torques can be calculated, or a tool or rotor of nothing.
     """
-    pin = pinocchio(file)
+    pin, more = pinocchio(file), more or More(robot=file.name)
     tree = robot_xml(file)
-    _refuse_couplings(file, tree)
+    refuse_couplings(file, tree)
     refuse_negative(file, tree)
     refuse_no_axis(file, tree)
     model = _model(pin, file, tree)
     moving = list(model.names)[1:]
-    named = joints or (logged if {*logged} <= {*moving} else ())
-    chosen = _chosen(file, tree, moving, named, axes)
-    _refuse_mimics(file, tree, chosen)
-    kinds = [_kind(file, name, model.joints[model.getJointId(name)]) for name in chosen]
+    more.refuse_strange(moving_joints(tree, moving))
+    named = joints or more.joints or (logged if {*logged} <= {*moving} else ())
+    where = more.where("joints") if more.joints and not joints else OPTION
+    chosen = chosen_joints(file, tree, moving, named, axes, where)
+    refuse_mimics(file, tree, chosen)
+    kinds = [kind_of(file, name, model.joints[model.getJointId(name)]) for name in chosen]
     locked = [k for k, name in enumerate(model.names) if k and name not in chosen]
     # what stands on locked joints belongs to the bodies before them
     model = pin.buildReducedModel(model, locked, pin.neutral(model))
     places = tuple(model.getJointId(name) for name in chosen)
+    model.gravity.linear = np.array(more.gravity or _gravity(file, tree))
+    load = more.attach(pin, model, places)
     bodies = tuple(_body(pin, model, place) for place in places)
     for name, place, body in zip(chosen, places, bodies, strict=True):
         _refuse_impossible(file, name, body, model.inertias[place])
     inertias = [model.inertias[place].inertia for place in places]
     said = tuple(odd_moments(file, bodies, inertias))
-    return Robot(model, tuple(chosen), places, tuple(kinds), bodies, said)
+    return Robot(model, tuple(chosen), places, tuple(kinds), bodies, said, more, load)
 
 
 def robot_xml(file: Path) -> ElementTree.Element:
     """The file as XML; an SDF as the URDF of its model. MachineError for a file that is none."""
     tree = _tree(file)
     return as_urdf(file, tree) if tree.tag == "sdf" else tree
+
+
+def _gravity(file: Path, tree: ElementTree.Element) -> tuple[float, ...]:
+    """What MJCF says of it (3,) [m/s2], which Pinocchio does not read; else downwards."""
+    option = tree.find("option[@gravity]")
+    text = "0 0 -9.81" if option is None else option.get("gravity", "")
+    try:
+        x, y, z = (float(word) for word in text.split())
+    except ValueError:
+        raise MachineError(f"{file}: <option> has gravity {text!r}: three numbers") from None
+    return x, y, z
 
 
 def _tree(file: Path) -> ElementTree.Element:
@@ -154,72 +191,6 @@ def _heard(lines: list[str]) -> Iterator[None]:
             os.close(kept)
             file.seek(0)
             lines += file.read().decode(errors="replace").splitlines()
-
-
-def _moving(tree: ElementTree.Element, known: Sequence[str]) -> list[str]:
-    """Names of the joints that move, in the order of the file."""
-    names = [joint.get("name", "") for joint in tree.iter("joint")]
-    return [*dict.fromkeys(name for name in names if name in known)] or list(known)
-
-
-def _chosen(
-    file: Path, tree: ElementTree.Element, known: list[str], joints: Sequence[str], axes: int
-) -> list[str]:
-    listed = _moving(tree, known)
-    for name in joints:
-        if name not in known:
-            close = get_close_matches(name, listed, 1, 0.5)
-            hint = f": is it {close[0]}?" if close else f": there are {', '.join(listed)}"
-            fixed = name in [joint.get("name") for joint in tree.iter("joint")]
-            what = "is fixed" if fixed else "does not exist"
-            raise UsageError(f"--joints: {name} {what} in {file}{hint}")
-    twice = [name for k, name in enumerate(joints) if name in joints[:k]]
-    if twice:
-        raise UsageError(f"--joints: {twice[0]} is named twice")
-    if not listed:
-        raise MachineError(f"{file}: no joint moves")
-    chosen = list(joints) or [name for name in listed if name not in _mimics(tree)]
-    if len(chosen) != axes:
-        raise UsageError(
-            f"{file}: {len(chosen)} joints ({', '.join(chosen)}), the logs have {axes} axes: name"
-            " those of the logs in their order, --joints NAME,NAME,..."
-        )
-    return chosen
-
-
-def _mimics(tree: ElementTree.Element) -> dict[str, str]:
-    """Joints that follow another one, and which."""
-    mimics = [(joint, joint.find("mimic")) for joint in tree.iter("joint")]
-    return {j.get("name", ""): m.get("joint", "") for j, m in mimics if m is not None}
-
-
-def _refuse_mimics(file: Path, tree: ElementTree.Element, chosen: Sequence[str]) -> None:
-    for name, leader in _mimics(tree).items():
-        if name in chosen or leader in chosen:
-            raise MachineError(
-                f"{file}: joint {name} follows {leader} (<mimic>): coupled joints are not"
-                " supported; take the tag out if it can be taken for locked"
-            )
-
-
-def _refuse_couplings(file: Path, tree: ElementTree.Element) -> None:
-    for element in tree.iterfind("equality/*"):
-        raise MachineError(
-            f"{file}: <equality> with <{element.tag}>: closed loops and coupled joints are not"
-            " supported, a base model of your own can have them (docs/own-base.md)"
-        )
-
-
-def _kind(file: Path, name: str, joint: Any) -> Kind:
-    kind = joint.shortname()
-    if kind.startswith(TURNS):
-        return ROTARY
-    if kind.startswith(SLIDES):
-        return LINEAR
-    raise MachineError(
-        f"{file}: joint {name} is a {kind.removeprefix('JointModel')}: an axis turns or slides;"
-        " replace it, or lock it by leaving it out of --joints"
-    )
 
 
 def _body(pin: Any, model: Any, place: int) -> str:

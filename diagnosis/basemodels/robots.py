@@ -3,7 +3,8 @@
     tau = sum over bodies of Y_k(theta, thetad, thetadd) p_k + J_r thetadd
 
 linear in ten parameters of each body and the rotor inertia J_r of each axis, seen behind its gear,
-which is free. Friction of any kind is left out, whatever the file says: it is for the library.
+which is free unless the file or one beside it has it. Friction of any kind is left out, whatever
+the file says: it is for the library.
 """
 
 from __future__ import annotations
@@ -35,17 +36,18 @@ class RobotBase(ColumnBase):
         self._data, n = robot.model.createData(), len(robot.places)
         self.length, self.remarks = _length(robot), robot.remarks
         super().__init__(
-            robot.kinds, [*_inertias(robot, tolerance, self.length), *_rotors(robot)], ts
+            robot.kinds, [*_inertias(robot, tolerance, self.length), *_rotors(robot, tolerance)], ts
         )
-        self.payload = tuple(range(10 * (n - 1), 10 * n))
+        carrier = robot.load.axis if robot.load else n - 1
+        self.payload = tuple(range(10 * carrier, 10 * carrier + 10))
         self.rotors = tuple(range(10 * n, 11 * n))
         self.reach = self.length * n
         self._at = [robot.model.joints[place].idx_v for place in robot.places]
         bodies = [10 * (place - 1) + k for place in robot.places for k in range(10)]
         self._pick = np.ix_(self._at, bodies)
         self._identity = np.eye(n)
-        if tolerance.geometry or tolerance.gravity:
-            self.geometry = Placements(robot, self._pin, self.length, tolerance)
+        placements = Placements(robot, self._pin, self.length, tolerance)
+        self.geometry = placements if placements.known else None
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, 11 n): bodies in the order of the axes, then rotors."""
@@ -84,10 +86,10 @@ class RobotBase(ColumnBase):
         return tree_torques(self.robot, theta, thetad, thetadd, bodies) + rotors * thetadd
 
     def loaded(self, p: Array, payload: float) -> Array:
-        """A point mass at the centre of the last body: where it is nobody says."""
+        """A point mass at the centre of the tool, or of the last body where none is given."""
         loaded, inertia = p.copy(), self.robot.model.inertias[self.robot.places[-1]]
-        point = self._pin.Inertia(1.0, inertia.lever, np.zeros((3, 3)))
-        loaded[list(self.payload)] += payload * point.toDynamicParameters()
+        point = self._pin.Inertia(1.0, inertia.lever, np.zeros((3, 3))).toDynamicParameters()
+        loaded[list(self.payload)] += payload * (self.robot.load.unit if self.robot.load else point)
         return loaded
 
     @property
@@ -125,8 +127,13 @@ def _inertias(robot: Robot, known: RobotTolerance, length: float) -> list[Known]
     return listed
 
 
-def _rotors(robot: Robot) -> list[Known]:
-    return [
-        Known(f"{kind.inertia}_r[{i}]", kind.unit("kg m2"), 0.0, np.inf, f"{kind.inertia}_r", i - 1)
-        for i, kind in enumerate(robot.kinds, start=1)
-    ]
+def _rotors(robot: Robot, known: RobotTolerance) -> list[Known]:
+    model, listed = robot.model, list[Known]()
+    axes = zip(robot.joints, robot.places, robot.kinds, strict=True)
+    for i, (joint, place, kind) in enumerate(axes, start=1):
+        armature = float(model.armature[model.joints[place].idx_v])
+        value, spread = robot.more.rotor_of(joint, armature, known.inertia)
+        group = f"{kind.inertia}_r"
+        unit = kind.unit("kg m2")
+        listed.append(Known(f"{group}[{i}]", unit, value, spread, group, i - 1))
+    return listed

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.basemodels.robot_more import tolerance_of
 from flexhex.diagnosis.estimation.changes import loaded, loosened
 from flexhex.diagnosis.estimation.collinear import grouped, pruned
 from flexhex.diagnosis.estimation.determined import SURE, Seen
@@ -55,9 +56,10 @@ def identify(
     options = options or Options()
     more = more or Extras()
     progress("reading", 0, 3)
-    placed = not options.tolerance.keys().isdisjoint(EXACT)
+    given = {**tolerance_of(options.base), **options.tolerance}
+    placed = not given.keys().isdisjoint(EXACT)
     if placed:
-        options = replace(options, tolerance={**EXACT, **options.tolerance})
+        options = replace(options, tolerance={**EXACT, **given})
     base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
     base = _plain(base, placed, settle)
     if trouble := trouble or mispaired(base, run_set.runs):

@@ -2,7 +2,8 @@
 format has a place for of friction, damping and rotors, in place of what was there.
 
 Parts on fixed or locked joints belong to the body before them. They stay as they are, and the body
-takes the difference; where that is no body, as all of it was found lighter, they are scaled down.
+takes the difference; where that is no body, as all of it was found lighter, they are scaled down. A
+tool that a TOML adds stays there.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def write_robot(path: Path, base: RobotBase, file: Path, values: Mapping[str, fl
     for k, (place, joint, body) in enumerate(zip(*_named(base), strict=True)):
         parts = _parts(base, place, writer)
         rest = sum(parts.values(), start=np.zeros(10))
-        total, share = p[10 * k : 10 * k + 10], 1.0
+        total, share = _without_tool(base, k, p[10 * k : 10 * k + 10]), 1.0
         while not consistent(total - share * rest):
             share /= 2
         own = pin.Inertia.FromDynamicParameters(total - share * rest)
@@ -90,6 +91,22 @@ def _parts(base: RobotBase, place: int, writer: _Urdf | _Mjcf) -> dict[str, Arra
     return {writer.part(name): ten for name, ten in inertias.items() if ten[0] > 0}
 
 
+def _without_tool(base: RobotBase, axis: int, ten: Array) -> Array:
+    """The ten parameters of an axis' body without what a TOML adds to it.
+
+    MachineError where the body was found lighter than that.
+    """
+    load = base.robot.load
+    if load is None or load.axis != axis:
+        return ten
+    if not consistent(ten - load.tool):
+        raise MachineError(
+            f"{base.robot.more.where('tool')}: what joint {base.robot.joints[axis]} moves was found"
+            " too light for it: correct it, or write .json instead"
+        )
+    return ten - load.tool
+
+
 class _Urdf:
     """<link><inertial> about the link's frame, which is the joint's; <joint><dynamics>."""
 
@@ -123,7 +140,7 @@ class _Urdf:
         """Friction and damping of a joint."""
         element = self.joints[joint]
         dynamics = element.find("dynamics")
-        if dynamics is None:
+        if dynamics is None and friction:
             dynamics = etree.SubElement(element, "dynamics")
         for name, attribute in (("d", "damping"), ("F_c", "friction")):
             if name in friction:
@@ -185,7 +202,7 @@ class _Mjcf:
 
 def _refuse_other(written: Path, path: Path, base: RobotBase, values: Mapping[str, float]) -> None:
     """MachineError where the file that is read back has other torques."""
-    robot = read_robot(written, base.robot.joints, base.n)
+    robot = read_robot(written, base.robot.joints, base.n, more=base.robot.more)
     back = RobotBase(written, robot, RobotTolerance(), 1e-3)
     rng = np.random.default_rng(0)
     motion = Motion(0.0, 1e-3, *rng.standard_normal((3, STATES, base.n)))

@@ -85,8 +85,11 @@ def _rms(values: Array) -> float:
 
 
 def _nominal(base: Base) -> Array:
-    """Parameters of the base model as they are written (n_p,)."""
-    return np.array([known.nominal for known in base.linear])
+    """Parameters of the base model as they are written (n_p,), without rotors, which are fitted: in
+    many files they are there for a simulator's sake."""
+    nominal = np.array([known.nominal for known in base.linear])
+    nominal[list(base.rotors)] = 0.0
+    return nominal
 
 
 def _torque(base: Base, seen: Seen, nominal: Array) -> Array:

@@ -37,7 +37,7 @@ def show(diagnosis: Diagnosis) -> None:
 
 
 if __name__ == "__main__":
-    options = Options(base="schunk")
+    options = Options(base=str(Path(__file__).with_name("lwa4p.toml")))
     result = diagnose([run(k) for k in FITTED], [run(k) for k in LOCKED], options=options)
     if "--json" in sys.argv[1:]:
         print(json.dumps(result.data()))

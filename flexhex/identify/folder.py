@@ -27,7 +27,9 @@ def target(write: Path | None, out: Path | None, base: str) -> Path | None:
         raise UsageError(
             f"--out {out}: must be a folder, as of `diagnose`; a file is --write {out}"
         )
-    suffix = Path(base).suffix
+    from flexhex.diagnosis.basemodels.robot_more import read_more
+
+    suffix = read_more(base).file.suffix
     kind = ".toml" if base == "hexapod" else suffix if suffix in WRITTEN_BACK else ".json"
     file = out / f"{NAME}{kind}"
     writable("--out", file)

@@ -23,15 +23,17 @@ TABLES = (".csv", ".json")
 def checked_target(path: Path, base: str) -> None:
     """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
     from flexhex.diagnosis.basemodels.robot_file import is_robot
+    from flexhex.diagnosis.basemodels.robot_more import read_more
 
-    own = is_robot(base) and Path(base).suffix != ".sdf"
-    kinds = (Path(base).suffix, *TABLES) if own else TABLES
+    file = read_more(base).file
+    own = is_robot(base) and file.suffix != ".sdf"
+    kinds = (file.suffix, *TABLES) if own else TABLES
     if path.suffix not in kinds:
         robot = f"{kinds[0]} for the robot's file, " if own else ""
         raise UsageError(
             f"--write {path}: write {robot}.csv or .json for all values with their intervals"
         )
-    if is_robot(base) and path.resolve() == Path(base).resolve():
+    if is_robot(base) and path.resolve() == file.resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
     refuse_unwritable(path, "--write")
 
@@ -67,7 +69,7 @@ def write_identified(path: Path, identified: Identified) -> tuple[list[Path], li
     base = identified.estimated.model.base
     assert isinstance(base, RobotBase)
     values = {one.name: one.estimate.value for one in identified.parameters}
-    left = write_robot(path, base, Path(identified.base), values)
+    left = write_robot(path, base, base.file, values)
     beside = path.with_suffix(".json")
     beside.write_text(identified_json(identified) + "\n", encoding="utf-8")
     return [path, beside], _without(path, beside, [name for name in left if values[name]])

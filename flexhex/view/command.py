@@ -33,7 +33,7 @@ def view_command(
         typer.Option(
             metavar="NAME",
             help="whose logs these are, as `diagnose` takes it: a robot's file (.urdf, MJCF .xml,"
-            " .sdf), FILE.py:NAME, axis, schunk, hexapod; it is fitted to them, and the page shows"
+            " .sdf, .toml), FILE.py:NAME, axis, hexapod; it is fitted to them, and the page shows"
             " what it leaves of the torques",
         ),
     ] = None,

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
 from flexhex.diagnosis.basemodels.own import OwnBase
 from flexhex.diagnosis.basemodels.robot_file import Robot, pinocchio
 from flexhex.diagnosis.basemodels.robots import RobotBase
-from flexhex.diagnosis.basemodels.serial import Arm, rotation
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.ssp.result import Array
@@ -80,8 +78,6 @@ def of_base(base: Base, name: str) -> Shape:
                 joints[axis]["mesh"] = _mesh(mesh)
         drawn = tree(name, joints) | ({"foot": _mesh(meshes[-1])} if -1 in meshes else {})
         return Shape(base.robot.joints, drawn, said=said)
-    if isinstance(base, RigidArmBase):
-        return Shape(_numbered(base.n), tree(name, _arm(base.arm)))
     if isinstance(base, OwnBase) and base.bars(np.zeros((1, base.n))) is not None:
         return Shape(_numbered(base.n), {"kind": "bars", "name": name}, base)
     if name == "axis":
@@ -130,21 +126,6 @@ def _robot(robot: Robot) -> list[dict[str, Any]]:
             _joint(axes.get(before, -1), at.translation, at.rotation, axis, kind.turns, tip)
         )
     return shapes
-
-
-def _arm(arm: Arm) -> list[dict[str, Any]]:
-    """A serial arm of the package: its last link ends twice as far out as its centre of mass."""
-    return [
-        _joint(
-            k - 1,
-            np.array(link.at),
-            rotation(link.rpy),
-            np.array([0.0, 0.0, 1.0]),
-            link.kind.turns,
-            2 * np.array(link.centre),
-        )
-        for k, link in enumerate(arm.links)
-    ]
 
 
 def _mesh(mesh: Mesh) -> dict[str, str]:

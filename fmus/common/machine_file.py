@@ -33,6 +33,8 @@ def load_machine(path: str | Path) -> Machine:
             f"{path}: a truth file: it says what the real machine has beyond its model; give the"
             " machine file it stands beside (tflex.toml for tflex-truth.toml)"
         )
+    if "robot" in data and "geometry" not in data:
+        raise MachineError(f"{path}: describes a robot: give it as --base {path}")
     try:
         machine = Machine.model_validate(data)
     except ValidationError as error:

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
 import resource
 import sys
+import tempfile
 import time
 import tomllib
 import traceback
@@ -20,6 +22,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+
+from studies.mujoco.machine import Link, Machine, Parts, mjcf, triple
 
 Engine = Callable[[Sequence[Path], Sequence[Path], Path], dict[str, Any]]
 
@@ -36,8 +40,8 @@ def load(name: str) -> Engine:
 def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path) -> dict[str, Any]:
     """The engine as it is, with the base model that it has for such a machine.
 
-    Axes and gantries: `axis`, which takes no file. Arms: its rigid arm, with the links, inertias
-    and tolerances of the file. A hexapod: the file itself.
+    Axes and gantries: `axis`, which takes no file. Arms: that of robots' files, with the links,
+    inertias and tolerances of the file. A hexapod: the file itself.
     """
     workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
     data = tomllib.loads(machine_file.read_text(encoding="utf-8"))
@@ -52,37 +56,46 @@ def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path)
 
 
 def _arm(data: dict[str, Any], ts: float) -> Any:
-    """Base model of an arm from its machine file."""
-    arm: Any = importlib.import_module("flexhex.diagnosis.basemodels.arm")
-    serial: Any = importlib.import_module("flexhex.diagnosis.basemodels.serial")
-    spread, rows = data["tolerance_mass"], data["links"]
-    links = tuple(
-        serial.Link(tuple(r["at"]), tuple(r["rpy"]), r["mass"], tuple(r["centre"])) for r in rows
+    """Base model of an arm from its machine file, by way of MJCF."""
+    robots: Any = importlib.import_module("flexhex.diagnosis.basemodels.robots")
+    files: Any = importlib.import_module("flexhex.diagnosis.basemodels.robot_file")
+    places: Any = importlib.import_module("flexhex.diagnosis.basemodels.robot_geometry")
+    tolerances: Any = importlib.import_module("flexhex.diagnosis.basemodels.tolerances")
+    spread, misplaced = data["tolerance_mass"], data["tolerance_geometry"]
+    links = tuple(Link(**row) for row in data["links"])
+    n, gravity = len(links), triple(np.array(data["gravity"]))
+    machine = Machine("arm", links, gravity, (0.0,) * n, (1.0,) * n, 1.0)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "arm.xml"
+        file.write_text(mjcf(machine, ts, Parts()), encoding="utf-8")
+        robot = files.read_robot(file, [f"j{k + 1}" for k in range(n)], n)
+    known = tolerances.RobotTolerance().model_copy(
+        update={"inertia": spread, "geometry": misplaced, "gravity": misplaced}
     )
-    misplaced = data["tolerance_geometry"]
-    described = serial.Arm(links, tuple(data["gravity"]), spread, misplaced)
-    base = arm.RigidArmBase(described, ts)
-    values = [value for row in rows for value in _ten(row)]
-    linear = list(base.linear)
-    for k, value in enumerate(values):
-        body = values[10 * (k // 10) : 10 * (k // 10) + 10]
-        group = body[:1] if k % 10 == 0 else body[1:4] if k % 10 < 4 else body[4:]
-        size = spread * max(abs(v) for v in group)
-        linear[k] = replace(linear[k], nominal=float(value), tolerance=float(size))
-    for k, row in enumerate(rows, start=len(values)):
-        rotor = float(row["armature"])
-        linear[k] = replace(linear[k], nominal=rotor, tolerance=spread * rotor)
-    base.linear = tuple(linear)
+    base = robots.RobotBase(file, robot, known, ts)
+    listed = [replace(k, name=_named(k.name), group=_named(k.group)) for k in base.linear]
+    for first in range(0, 10 * n, 10):
+        for part in (
+            slice(first, first + 1),
+            slice(first + 1, first + 4),
+            slice(first + 4, first + 10),
+        ):
+            size = spread * max(abs(k.nominal) for k in listed[part])
+            listed[part] = [replace(k, tolerance=size) for k in listed[part]]
+    base.linear = tuple(listed)
+    if base.geometry is not None:
+        length = max(float(np.linalg.norm(link.at)) for link in links[1:] or links)
+        errors = places.Placements(robot, files.pinocchio(), length, known)
+        errors.known = tuple(
+            replace(k, name=_named(k.name), group=_named(k.group)) for k in errors.known
+        )
+        base.geometry = errors
     return base
 
 
-def _ten(row: dict[str, Any]) -> list[float]:
-    """m, mc (3), J about the frame's origin: xx, xy, xz, yy, yz, zz."""
-    m, c = row["mass"], np.array(row["centre"])
-    xx, yy, zz, xy, xz, yz = row["inertia"]
-    own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    J = own + m * (c @ c * np.eye(3) - np.outer(c, c))
-    return [m, *(m * c), *(J[i, j] for i in range(3) for j in range(i, 3))]
+def _named(name: str) -> str:
+    """`link[2].m`, as the truth calls what MJCF calls `b2.m`."""
+    return re.sub(r"^b(\d+)\.", r"link[\1].", name)
 
 
 def main(arguments: list[str]) -> int:

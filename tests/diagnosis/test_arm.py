@@ -2,37 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
 from flexhex.diagnosis import logs
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
-from flexhex.diagnosis.basemodels.arms import SCHUNK
 from flexhex.diagnosis.basemodels.base import Motion
-from flexhex.diagnosis.basemodels.serial import Arm, newton_euler
-from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from tests.compare import assert_close
+from tests.diagnosis.lwa4p import ARM, FILE, GRAVITY, Link, base_for, write
+
+pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
 
 Array = NDArray[np.float64]
-RUNS = Path(__file__).resolve().parents[2] / "examples" / "schunk"
+RUNS = FILE.parent
+ALL = csr_array(eye_array(20))
 HELD_OUT = (40, 60, 80, 100)
-HEAVY = replace(SCHUNK, gravity=(0.3, -0.2, -9.81))
-SLIDING = replace(
-    HEAVY,
-    links=tuple(
-        replace(link, kind=LINEAR) if k in (0, 2, 4) else link for k, link in enumerate(HEAVY.links)
-    ),
-)
+SLIDING = tuple(replace(link, slides=k in (0, 2, 4)) for k, link in enumerate(ARM))
 """Sliding and turning joints in turn."""
 STEP = 1e-5
 
@@ -46,16 +40,16 @@ def turned(axis: int, angle: float) -> Array:
     return R
 
 
-def energies(arm: Arm, theta: Array, thetad: Array, p: Array) -> tuple[float, float]:
+def energies(arm: Sequence[Link], theta: Array, thetad: Array, p: Array) -> tuple[float, float]:
     """Kinetic and potential energy [J], frame by frame in the world, first moments and all."""
     R, origin = np.eye(3), np.zeros(3)
     w, v = np.zeros(3), np.zeros(3)
     kinetic = potential = 0.0
-    for k, link in enumerate(arm.links):
+    for k, link in enumerate(arm):
         step, before = R @ np.array(link.at), w
         for axis in (2, 1, 0):
             R = R @ turned(axis, link.rpy[axis])
-        if link.kind is LINEAR:
+        if link.slides:
             step = step + R[:, 2] * theta[k]
             v = v + R[:, 2] * thetad[k]
         else:
@@ -63,10 +57,10 @@ def energies(arm: Arm, theta: Array, thetad: Array, p: Array) -> tuple[float, fl
             w = w + R[:, 2] * thetad[k]
         origin, v = origin + step, v + np.cross(before, step)
         m, mc = p[10 * k], R @ p[10 * k + 1 : 10 * k + 4]
-        xx, xy, xz, yy, yz, zz = p[10 * k + 4 : 10 * k + 10]
+        xx, xy, yy, xz, yz, zz = p[10 * k + 4 : 10 * k + 10]
         J = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
         kinetic += 0.5 * m * v @ v + v @ np.cross(w, mc) + 0.5 * w @ J @ w
-        potential -= np.array(arm.gravity) @ (m * origin + mc)
+        potential -= np.array(GRAVITY) @ (m * origin + mc)
     return float(kinetic), float(potential)
 
 
@@ -76,57 +70,60 @@ def along(t: float) -> tuple[Array, Array, Array]:
     return np.sin(w * t), w * np.cos(w * t), -(w**2) * np.sin(w * t)
 
 
-def torque(arm: Arm) -> ca.Function:
-    q, v, a, p = ca.SX.sym("q", 6), ca.SX.sym("v", 6), ca.SX.sym("a", 6), ca.SX.sym("p", 60)
-    return ca.Function("tau", [q, v, a, p], [newton_euler(arm, q, v, a, p)])
+class Torque:
+    """Of the base model of such an arm (6,) [N m, N], by its columns: of any parameters."""
+
+    def __init__(self, arm: Sequence[Link], folder: Path) -> None:
+        self.base = base_for(write(folder, arm, GRAVITY))
+
+    def __call__(self, theta: Array, thetad: Array, thetadd: Array, p: Array) -> Array:
+        (columns,) = self.base.columns(theta[None], thetad[None], thetadd[None])
+        return np.asarray(columns[:, :60] @ p)
 
 
 def parameters() -> Array:
     return np.random.default_rng(3).uniform(0.1, 1.0, 60)
 
 
-@pytest.mark.parametrize("arm", [HEAVY, SLIDING], ids=["turning", "sliding"])
+@pytest.mark.parametrize("arm", [ARM, SLIDING], ids=["turning", "sliding"])
 @pytest.mark.parametrize("t", [0.3, 1.9])
-def test_arm_takes_the_power_that_its_energy_gains(t: float, arm: Arm) -> None:
+def test_arm_takes_the_power_that_its_energy_gains(
+    t: float, arm: Sequence[Link], tmp_path: Path
+) -> None:
     p = parameters()
-    tau = np.array(torque(arm)(*along(t), p)).ravel()
+    tau = Torque(arm, tmp_path)(*along(t), p)
     sides = [sum(energies(arm, *along(t + s)[:2], p)) for s in (STEP, -STEP)]
     # central difference of energies of some 50 J
     assert_close(tau @ along(t)[1], (sides[0] - sides[1]) / (2 * STEP), atol=1e-5)
 
 
-@pytest.mark.parametrize("arm", [HEAVY, SLIDING], ids=["turning", "sliding"])
-def test_arm_has_the_mass_matrix_of_its_kinetic_energy(arm: Arm) -> None:
-    p, tau = parameters(), torque(arm)
+@pytest.mark.parametrize("arm", [ARM, SLIDING], ids=["turning", "sliding"])
+def test_arm_has_the_mass_matrix_of_its_kinetic_energy(arm: Sequence[Link], tmp_path: Path) -> None:
+    p, tau = parameters(), Torque(arm, tmp_path)
     theta = along(0.7)[0]
-    still = np.array(tau(theta, np.zeros(6), np.zeros(6), p)).ravel()
-    M = np.column_stack(
-        [np.array(tau(theta, np.zeros(6), e, p)).ravel() - still for e in np.eye(6)]
-    )
+    still = tau(theta, np.zeros(6), np.zeros(6), p)
+    M = np.column_stack([tau(theta, np.zeros(6), e, p) - still for e in np.eye(6)])
     # entries of a few kg m2 in double precision
     assert_close(M, M.T, atol=1e-12)
     for v in np.random.default_rng(1).standard_normal((3, 6)):
         assert_close(0.5 * v @ M @ v, energies(arm, theta, v, p)[0], atol=1e-11)
 
 
-def test_arm_columns_times_parameters_are_its_torque() -> None:
-    base = RigidArmBase(HEAVY, 0.004)
-    samples = [along(t) for t in np.arange(5) * 0.1]
-    theta, thetad, thetadd = (np.array(part) for part in zip(*samples, strict=True))
-    motion = Motion(0.0, 0.1, theta, thetad, thetadd)
-    p = np.concatenate([parameters(), np.arange(1.0, 7.0)])
-    rows = base.rows(motion, csr_array(eye_array(5)))
-    wanted = [np.array(torque(HEAVY)(*s, p[:60])).ravel() + p[60:] * s[2] for s in samples]
-    # the same sums in another order
-    assert_close(rows @ p, np.array(wanted), atol=1e-11)
-    assert_close(base.torque(motion, p), np.array(wanted), atol=1e-11)
-
-
-def test_joints_of_an_arm_say_what_they_move_along() -> None:
-    base = RigidArmBase(SLIDING, 0.004)
-    assert base.kinds == (LINEAR, ROTARY) * 3
-    rotors = [(known.name, known.unit) for known in base.linear[60:62]]
-    assert rotors == [("m_r[1]", "kg"), ("J_r[2]", "kg m2")]
+def test_file_of_the_measured_arm_is_its_table(tmp_path: Path) -> None:
+    """Exact, without gravity; rotors alone are free."""
+    base, wanted = base_for(FILE), base_for(write(tmp_path, ARM, (0.0, 0.0, 0.0)))
+    assert [known.name for known in base.linear] == [known.name for known in wanted.linear]
+    rng = np.random.default_rng(0)
+    motion = Motion(0.0, 0.1, *rng.standard_normal((3, 20, 6)))
+    p = rng.uniform(0.1, 1.0, 66)
+    nominal, own = (np.array([k.nominal for k in b.linear]) for b in (wanted, base))
+    assert_close(own, nominal, atol=1e-15)
+    # the same sums of the same numbers, written in other digits
+    for values in (nominal, p):
+        assert_close(base.rows(motion, ALL) @ values, wanted.rows(motion, ALL) @ values, atol=1e-12)
+    assert {known.tolerance for known in base.linear[:60]} == {0.0}
+    assert {known.tolerance for known in base.linear[60:]} == {np.inf}
+    assert base.geometry is None
 
 
 def run(number: int) -> Path:
@@ -151,7 +148,7 @@ def test_axis_does_not_couple_with_itself() -> None:
 
 @cache
 def measured(runs: tuple[int, ...]) -> Diagnosis:
-    options = Options(base="schunk")
+    options = Options(base=str(FILE))
     return diagnose([run(k) for k in runs], [run(k) for k in HELD_OUT], options=options)
 
 
@@ -163,7 +160,7 @@ def assert_viscous(diagnosis: Diagnosis, *, ripple: bool) -> None:
     assert diagnosis.verdict in ("named", "ambiguous")
     assert effect.id == "viscous_friction"
     assert effect.axes == (3, 4)
-    assert any("more than 50% of the torque of axis" in note for note in diagnosis.notes)
+    assert any("more than 50% of the torque of axes 1, 2, 5" in note for note in diagnosis.notes)
     residual = diagnosis.residual.held_out
     shares = residual["after"][2:4] / residual["before"][2:4]
     # measured 0.25, 0.42; a line through rate and residual of these very runs leaves 0.37, 0.47

@@ -148,5 +148,5 @@ def test_axis_without_repeats_is_named_by_what_no_noise_could_be(
 
 def test_base_of_another_name_is_refused_with_those_there_are(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", 1, 1, 0.0)
-    with pytest.raises(UsageError, match="axis, schunk"):
+    with pytest.raises(UsageError, match="there are hexapod, axis, a robot"):
         diagnose([path], options=Options(base="crane"))

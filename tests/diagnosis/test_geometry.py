@@ -5,34 +5,35 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
-from flexhex.diagnosis.basemodels.arms import SCHUNK
 from flexhex.diagnosis.basemodels.base import Base, Motion
-from flexhex.diagnosis.basemodels.serial import Arm
+from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from studies.mujoco import machines
 from studies.mujoco.engines import _arm
-from studies.mujoco.machine import Machine, mistaken, rotation, toml
+from studies.mujoco.machine import Machine, mistaken, rotation, toml, triple
 from studies.mujoco.model import compiled, inverse
 from tests.compare import assert_close
+from tests.diagnosis.lwa4p import ARM, GRAVITY, TS, base_for, write
+
+pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
 
 Array = NDArray[np.float64]
-HEAVY = replace(SCHUNK, gravity=(0.3, -0.2, -9.81), misplaced=0.002)
 STEP = 1e-5
 SAMPLES = csr_array(eye_array(5))
-TS, SECONDS, ENCODER = 0.004, 6.0, 3e-5
+SECONDS, ENCODER = 6.0, 3e-5
 ERRORS = (
-    *("gravity.x", "gravity.y", "link[2].x", "link[3].y", "link[6].z"),
-    *("link[2].pitch", "link[4].roll", "link[5].yaw"),
+    *("gravity.x", "gravity.y", "link_2.x", "link_3.y", "link_6.z"),
+    *("link_2.pitch", "link_4.roll", "link_5.yaw"),
 )
 
 
@@ -42,35 +43,33 @@ def angles(R: Array) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
-def displaced(arm: Arm, name: str, by: float) -> Arm:
-    """The arm with one error of geometry."""
+def displaced(folder: Path, name: str, by: float) -> RobotBase:
+    """The arm with one error of geometry: a frame that is moved along or turned about its own axes,
+    a foot that is turned about its own."""
     owner, _, what = name.partition(".")
     unit = np.eye(3)[("x", "y", "z", "roll", "pitch", "yaw").index(what) % 3]
+    gravity, links = GRAVITY, list(ARM)
     if owner == "gravity":
-        g = rotation(tuple(by * unit)) @ np.array(arm.gravity)
-        return replace(arm, gravity=tuple(g))
-    k, links = int(owner[5:-1]) - 1, list(arm.links)
-    if what in "xyz":
-        links[k] = replace(links[k], at=tuple(np.array(links[k].at) + by * unit))
+        gravity = triple(rotation(triple(-by * unit)) @ np.array(GRAVITY))
     else:
-        R = rotation(links[k].rpy) @ rotation(tuple(by * unit))
-        links[k] = replace(links[k], rpy=angles(R))
-    return replace(arm, links=tuple(links))
-
-
-def torque(arm: Arm, motion: Motion, p: Array) -> Array:
-    return RigidArmBase(arm, TS).torque(motion, p)
+        k = int(owner.removeprefix("link_")) - 1
+        R = rotation(links[k].rpy)
+        if what in "xyz":
+            links[k] = replace(links[k], at=triple(np.array(links[k].at) + R @ (by * unit)))
+        else:
+            links[k] = replace(links[k], rpy=angles(R @ rotation(triple(by * unit))))
+    return base_for(write(folder, links, gravity))
 
 
 @pytest.mark.sample(3)
 @pytest.mark.parametrize("name", ERRORS)
-def test_column_of_an_arm_is_the_difference_of_its_torques(name: str) -> None:
-    base, rng = RigidArmBase(HEAVY, TS), np.random.default_rng(0)
+def test_column_of_an_arm_is_the_difference_of_its_torques(name: str, tmp_path: Path) -> None:
+    base, rng = base_for(write(tmp_path, ARM, GRAVITY)), np.random.default_rng(0)
     motion, p = Motion(0.0, TS, *rng.normal(size=(3, 5, 6))), rng.normal(size=66)
     assert base.geometry is not None
     columns = base.geometry.columns(motion, SAMPLES, p)
     at = [known.name for known in base.geometry.known].index(name)
-    more, less = (torque(displaced(HEAVY, name, by), motion, p) for by in (STEP, -STEP))
+    more, less = (displaced(tmp_path, name, by).rows(motion, SAMPLES) @ p for by in (STEP, -STEP))
     wanted = (more - less) / (2 * STEP)
     # differences of torques of some 50 N m, divided by 2e-5
     assert_close(columns[:, :, at], wanted, atol=1e-6 * np.abs(wanted).max())
@@ -86,8 +85,8 @@ def moved(n: int, number: int) -> Motion:
     return Motion(0.0, TS, *(wave.sum(axis=1) for wave in waves))
 
 
-def test_noise_of_the_angles_hardly_shows_in_the_columns() -> None:
-    base, clean = RigidArmBase(HEAVY, TS), moved(6, 1)
+def test_noise_of_the_angles_hardly_shows_in_the_columns(tmp_path: Path) -> None:
+    base, clean = base_for(write(tmp_path, ARM, GRAVITY)), moved(6, 1)
     noisy = clean.theta + ENCODER * np.random.default_rng(3).standard_normal(clean.theta.shape)
     rates = np.gradient(noisy, TS, axis=0)
     seen = Motion(0.0, TS, noisy, rates, np.gradient(rates, TS, axis=0))

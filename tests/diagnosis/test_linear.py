@@ -22,6 +22,7 @@ from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import Experiment
 from flexhex.fmus.common.errors import LogError
+from tests.diagnosis.lwa4p import FILE
 from tests.diagnosis.sliding import SPRING, write
 
 slides = pytest.mark.sample(2, of="machines that slide")
@@ -149,9 +150,10 @@ def test_terms_of_a_slide_are_those_of_a_mass() -> None:
 
 
 def test_a_slide_is_refused_by_a_model_that_turns(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
     paths = write(tmp_path / "runs", SLIDES, (0.0,) * 6, (0.0,) * 6)
     with pytest.raises(LogError, match=r"axis 1 is linear .* that of the base model is rotary"):
-        diagnose(paths[:2], options=Options(base="schunk"))
+        diagnose(paths[:2], options=Options(base=str(FILE)))
 
 
 def test_experiment_of_a_slide_is_in_proportion_to_its_stroke(tmp_path: Path) -> None:

@@ -159,5 +159,5 @@ def test_package_offers_a_base_model_by_name() -> None:
     assert [known.name for known in base_of("arm", None, log()).linear] == ["J[1]", "J[2]"]
     with pytest.raises(MachineError, match=r"base model leg .*AttributeError"):
         base_of("leg", None, log())
-    with pytest.raises(UsageError, match="there are hexapod, axis, schunk, arm, leg"):
+    with pytest.raises(UsageError, match="there are hexapod, axis, arm, leg"):
         base_of("hand", None, log())

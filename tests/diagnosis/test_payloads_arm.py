@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.diagnosis.basemodels import bases
-from flexhex.diagnosis.basemodels.arm import RigidArmBase
-from flexhex.diagnosis.basemodels.serial import Arm, Link
 from tests.diagnosis import two_links
+from tests.diagnosis.lwa4p import Link, write
 from tests.diagnosis.synthetic import plain_csv
 from tests.diagnosis.test_payloads import answer, several, within
+
+pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
 
 LOAD, PLACE = 0.8, (0.31, 0.07)
 """A payload [kg], and where it is on the second link [m]."""
@@ -31,16 +31,14 @@ def arm_logs(folder: Path, said: str = "") -> list[Path]:
 
 
 @pytest.fixture
-def planar(monkeypatch: pytest.MonkeyPatch) -> str:
-    """Name of a base model whose masses are some percent off."""
+def planar(tmp_path: Path) -> str:
+    """A base model whose masses are some percent off."""
     links = (
         Link((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.1, (0.175, 0.0, 0.0)),
         Link((two_links.L1, 0.0, 0.0), (0.0, 0.0, 0.0), 1.93, (0.153, 0.0, 0.0)),
     )
-    arm = Arm(links, (0.0, -two_links.G, 0.0), 0.1)
-    table = {**bases.BASES, "planar": lambda file, log: RigidArmBase(arm, log["theta"].ts)}
-    monkeypatch.setattr(bases, "BASES", table)
-    return "planar"
+    vague = "[tolerance]\nmass = 0.1\ninertia = 0.5\ncentre = 0.05\n"
+    return str(write(tmp_path, links, (0.0, -two_links.G, 0.0), vague))
 
 
 @several

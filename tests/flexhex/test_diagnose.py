@@ -169,10 +169,10 @@ def test_effect_with_rivals_gets_its_experiment_written(
 MISTAKES = {
     "nothing to add to": (["a.csv", "--base", "axis", "--apply"], "has no machine file to add"),
     "machine file of an arm": (
-        ["a.csv", "--base", "schunk", "--machine", "arm.urdf"],
-        r"--machine arm\.urdf: --base schunk reads no machine file",
+        ["a.csv", "--base", "axis", "--machine", "arm.urdf"],
+        r"--machine arm\.urdf: --base axis reads no machine file",
     ),
-    "base": (["a.csv", "--base", "robot"], "there are hexapod, axis, schunk"),
+    "base": (["a.csv", "--base", "robot"], "there are hexapod, axis, a"),
     "run and held out": (
         ["a.csv", "--held-out", "./a.csv"],
         r"a\.csv is given as a run to fit and as",

@@ -9,10 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
+from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import MachineError, OutputError, UsageError
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.init.command import EXAMPLES, Kind
 from tests.conftest import MACHINE_FILE
+from tests.diagnosis.robots import walled
 
 
 def test_init_writes_the_example_and_says_how_to_use_it(tmp_path: Path) -> None:
@@ -29,6 +32,27 @@ def test_init_writes_an_effect_where_the_name_or_the_option_says_so(tmp_path: Pa
         done = CliRunner().invoke(app, ["init", str(file), *words[1:]])
         assert file.read_text() == EXAMPLES[Kind.effect][0].read_text()
         assert f"--effect {file}:GasSpring" in done.output
+
+
+def test_init_writes_what_a_robots_file_cannot_say(tmp_path: Path) -> None:
+    """As it is, and with all that is commented out in it."""
+    pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
+    file = tmp_path / "my_robot.toml"
+    done = CliRunner().invoke(app, ["init", str(file)])
+    assert f"--base {file}" in done.output
+    (tmp_path / "robot.urdf").write_text(walled.URDF)
+    assert base_of(str(file), None, Log.of("a", 0.01, *np.zeros((2, 9, 3)))).n == 3
+    lines = [line.removeprefix("# ") for line in file.read_text().splitlines()[3:]]
+    file.write_text("\n".join(lines))
+    base = base_of(str(file), None, Log.of("a", 0.01, *np.zeros((2, 9, 2))))
+    assert base.linear[-2].nominal == pytest.approx(1.2e-5 * 101**2)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("a.py", "robot"), ("a.toml", "base")])
+def test_init_refuses_a_kind_of_another_ending(name: str, kind: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["init", str(tmp_path / name), "--kind", kind])
+    assert isinstance(done.exception, UsageError)
+    assert not (tmp_path / name).exists()
 
 
 def test_init_replaces_nothing(tmp_path: Path) -> None:

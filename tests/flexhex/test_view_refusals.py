@@ -49,7 +49,7 @@ def test_what_is_not_of_the_base_model_is_refused(app: typer.Typer, tmp_path: Pa
         ([one, arm, "--base", "axis"], LogError, "run_001.csv: .*6"),
         ([one, "--base", FILE], UsageError, "6 joints .* the logs have 1 axes"),
         ([one, "--base", "none.urdf"], UsageError, "none.urdf: no such file"),
-        ([one, "--base", "nothing"], UsageError, "there are hexapod, axis, schunk"),
+        ([one, "--base", "nothing"], UsageError, "there are hexapod, axis, a"),
         ([one, "--joints", "j1"], UsageError, "--joints: say whose, --base robot.urdf"),
         ([one, "--tolerance", "mass=1"], UsageError, "--tolerance: say whose"),
         ([one, "--base", "axis", "--machine", "m.toml"], UsageError, "reads no machine file"),

@@ -11,6 +11,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from flexhex.fmus.common.machine.quantity import Quantity
+
 Errors = Sequence[Any]
 _PLAIN = {
     "int_type": "wants a whole number without point or quotes, is {}",
@@ -18,6 +20,7 @@ _PLAIN = {
     "bool_type": "wants true or false, is {}",
     "tuple_type": "wants a list, is {}",
     "model_type": "wants a table of keys, is {}",
+    "dict_type": "wants a table of keys, is {}",
     "string_pattern_mismatch": "wants small letters, digits, - and _, a letter first, is {}",
 }
 _BOUNDS = {"greater_than_equal": ("at least", "ge"), "less_than_equal": ("at most", "le")}
@@ -90,9 +93,10 @@ def _remedy(model: type[BaseModel], loc: Sequence[str | int]) -> str:
     field = section.model_fields.get(name) if section else None
     if field is None:
         return ""
-    unit = next((given for m in field.metadata if (given := getattr(m, "unit", None))), None)
-    if unit is not None:
-        return f': add {name} = {{ value = ..., unit = "{unit}", source = "..." }}'
+    for read in (m for m in field.metadata if isinstance(m, Quantity)):
+        if read.bare:
+            return f": add {name} = ... [{read.unit}]"
+        return f': add {name} = {{ value = ..., unit = "{read.unit}", source = "..." }}'
     below = _section(model, loc)
     if below is None:
         return f": add {name} = ..."
@@ -104,9 +108,12 @@ def _remedy(model: type[BaseModel], loc: Sequence[str | int]) -> str:
 def _section(model: type[BaseModel], loc: Sequence[str | int]) -> type[BaseModel] | None:
     """The model of the table at `loc`."""
     now: type[BaseModel] | None = model
-    for part in (part for part in loc if isinstance(part, str)):
+    parts = iter([part for part in loc if isinstance(part, str)])
+    for part in parts:
         field = now.model_fields.get(part) if now else None
         now = next(_models(field.annotation), None) if field else None
+        if field and typing.get_origin(field.annotation) is dict:
+            next(parts, None)  # the name of one of many tables
     return now
 
 

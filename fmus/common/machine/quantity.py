@@ -22,9 +22,10 @@ _KEYS = {"value", "unit", "source", "note", "ci95"}
 
 @dataclass(frozen=True)
 class Quantity(BeforeValidator):
-    """A reader with the unit that it wants."""
+    """A reader with the unit that it wants; bare: a number alone will do."""
 
     unit: str = field(default="", kw_only=True)
+    bare: bool = field(default=False, kw_only=True)
 
 
 def quantity(
@@ -33,15 +34,19 @@ def quantity(
     gt: float | None = None,
     ge: float | None = None,
     le: float | None = None,
+    bare: bool = False,
 ) -> Quantity:
     """Reader of a quantity in `unit`, for `Annotated[float, quantity("kg", gt=0)]`.
 
     shape: () for a number, (3,) for a vector, (6, 9) for a matrix; a length of -1 is free.
-    gt, ge, le: bounds in `unit` for every element. Errors are ValueError, which pydantic
-    turns into a message that names the field.
+    gt, ge, le: bounds in `unit` for every element. bare: the value may stand alone, or without a
+    source. Errors are ValueError, which pydantic turns into a message that names the field.
     """
 
     def read(table: Any) -> Any:
+        if bare:
+            given = table if isinstance(table, dict) else {"value": table, "unit": unit}
+            table = {"source": "assumed", **given}
         form = f'wants {{ value = ..., unit = "{unit}", source = "..." }}'
         if not isinstance(table, dict):
             raise ValueError(f"{form}, is {table!r}")
@@ -62,7 +67,7 @@ def quantity(
             _check(number, unit, gt, ge, le)
         return value
 
-    return Quantity(read, unit=unit)
+    return Quantity(read, unit=unit, bare=bare)
 
 
 def _shaped(value: Any, shape: tuple[int, ...]) -> Any:

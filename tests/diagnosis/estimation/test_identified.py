@@ -17,8 +17,7 @@ from flexhex.diagnosis.result.estimates import summed
 from flexhex.fmus.common.errors import LogError
 from flexhex.init import two_links as example
 from tests.compare import assert_close
-from tests.conftest import ROOT
-from tests.diagnosis import sliding, two_links
+from tests.diagnosis import lwa4p, sliding, two_links
 from tests.diagnosis.estimation import machines
 
 Array = NDArray[np.float64]
@@ -105,13 +104,12 @@ def test_parameters_that_are_exact_stay_exact(tmp_path: Path) -> None:
 
 
 def test_bodies_of_a_file_with_exact_values_come_to_an_end() -> None:
-    folder = ROOT / "examples" / "schunk"
-    identified = identify(
-        [folder / "run_001.csv", folder / "run_040.csv"], options=Options("schunk")
-    )
+    pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
+    runs = [lwa4p.FILE.with_name(f"run_{number}.csv") for number in ("001", "040")]
+    identified = identify(runs, options=Options(str(lwa4p.FILE)))
     assert np.isfinite(identified.errors.fitted).all()
     for k in range(1, 7):
-        ten = np.array([identified[f"link[{k}].{name}"].estimate.value for name in TEN])
+        ten = np.array([identified[f"link_{k}.{name}"].estimate.value for name in TEN])
         assert consistent(ten), k
 
 
