@@ -161,3 +161,18 @@ def test_payload_of_some_runs_is_found_in_volts(tmp_path: Path) -> None:
     assert payload.value == pytest.approx(more * R / (GEAR * K), rel=0.01)
     (text,) = [note for note in fitted.notes if "more than the other runs" in note]
     assert "V s2/rad" in text
+
+
+def test_own_base_with_masses_refuses_volts(tmp_path: Path) -> None:
+    """Also one that takes its axes from the log."""
+    own = tmp_path / "own.py"
+    own.write_text(
+        "class Arm:\n    parameters = [('J', 'kg m2')]\n"
+        "    def columns(self, theta, thetad, thetadd):\n        return thetadd[:, :, None]\n"
+    )
+    path, *_ = write(tmp_path / "runs")
+    base = Options(f"{own}:Arm")
+    with pytest.raises(LogError, match=r"1-1\.csv: axis 1 is rotary in volts .*--motor"):
+        identify([path], options=base)
+    known = Options(base.base, options(MOTOR).log)
+    assert identify([path], options=known).parameters[0].estimate.unit == "kg m2"
