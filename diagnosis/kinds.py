@@ -47,6 +47,25 @@ LINEAR = Kind(
     (("N2 m2", "N2"), ("N m", "N"), ("kg m2", "kg"), ("rad", "m")),
 )
 KINDS = (ROTARY, LINEAR)
+IN_VOLTS = {
+    ROTARY: Kind(
+        "rotary in volts",
+        "angle",
+        "voltage",
+        "J",
+        True,
+        (("N2 m2", "V2"), ("N m", "V"), ("kg m2", "V s2/rad")),
+    ),
+    LINEAR: Kind(
+        "linear in volts",
+        "position",
+        "voltage",
+        "m",
+        False,
+        (("N2 m2", "V2"), ("N m", "V"), ("kg m2", "V s2/m"), ("rad", "m")),
+    ),
+}
+"""Axes whose torque or force is known as a voltage alone, of an unknown motor."""
 Kinds = tuple[Kind, ...]
 
 
@@ -81,15 +100,28 @@ def powers(unit: str) -> tuple[int, int]:
     return power("N") + power("kg"), power("rad") - power("kg")
 
 
+UNITS = "correct the units of theta and tau_meas, or diagnose its axes by themselves (--base axis)"
+CONSTANTS = (
+    "give the data of the motor (--motor 'R=1.2 K_t=0.05') or the constant of a current amplifier"
+    " (--torque-constant), or diagnose its axes by themselves (--base axis) with all logs in V"
+)
+"""What mends a log whose axes are of another kind."""
+
+
 def refuse_others(name: str, kinds: Sequence[Kind], wanted: Sequence[Kind], of: str) -> None:
     """LogError when an axis of the log `name` is not of the kind that `of` has there."""
     for k, (own, other) in enumerate(zip(kinds, wanted, strict=False), start=1):
         if own is not other:
             raise LogError(
                 f"{name}: axis {k} is {own.name} ({own.position} in {own.unit('rad')},"
-                f" {own.effort} in {own.unit('N m')}), that of {of} is {other.name}: correct the"
-                " units of theta and tau_meas, or diagnose its axes by themselves (--base axis)"
+                f" {own.effort} in {own.unit('N m')}), that of {of} is {other.name}: "
+                + (CONSTANTS if "V" in (own.unit("N m"), other.unit("N m")) else UNITS)
             )
+
+
+def absolute(kind: Kind) -> Kind:
+    """The kind of the same axis in N m or N."""
+    return next((plain for plain, other in IN_VOLTS.items() if other is kind), kind)
 
 
 def with_unit(value: str, unit: str) -> str:

@@ -50,6 +50,7 @@ from flexhex.ssp.signals import DEFAULT
 from flexhex.trajectory import variant
 
 File = str | Path
+Motors = str | Mapping[str, float | Sequence[float]]
 __all__ = [
     "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "Identified",
     "InterfaceError", "Log", "LogError", "Machine", "MachineError", "Result", "RunError",
@@ -197,12 +198,15 @@ def read_log(
     path: File,
     *,
     torque_constant: float | Sequence[float] | None = None,
+    motor: Motors | None = None,
     units: Mapping[str, str] | None = None,
     rename: Mapping[str, str] | None = None,
 ) -> Log:
     """Read a measured or simulated log: CSV, HDF5, MAT; Parquet and MDF4 with their extras.
 
-    torque_constant [N m/A, N/A]: of a log in A, one or one for each axis. units: by channel,
+    torque_constant [N m/A, N/A]: of a log in A, one or one for each axis. motor: of a log in V,
+    "R=1.2 K_t=0.05 L=0.5 mH", or numbers in SI units, {"R": 1.2, "K_t": [0.05, 0.06]}, with R,
+    K_t, K_e, L, gear and gain (docs/diagnose.md). units: by channel,
     `{"theta": "deg"}`, or for each axis, `{"theta": "deg, mm"}`. rename: name in the file ->
     channel. LogError for what cannot be read.
 
@@ -210,7 +214,7 @@ def read_log(
     >>> log.theta.shape[1]
     6
     """
-    return read(path, reading(torque_constant, units, rename))
+    return read(path, reading(torque_constant, units, rename, motor))
 
 
 @in_python
@@ -240,6 +244,7 @@ def identify_runs(
     diagnosis: Diagnosis | File | None = None,
     effects: Sequence[str] = (),
     torque_constant: float | Sequence[float] | None = None,
+    motor: Motors | None = None,
     units: Mapping[str, str] | None = None,
     rename: Mapping[str, str] | None = None,
 ) -> Identified:
@@ -252,7 +257,7 @@ def identify_runs(
     in the order of the logs' axes. settle [s]: left out at the start of each run.
     diagnosis: one, or the diagnosis.json that `flexhex diagnose` wrote; its effects are fitted with
     all parameters. effects: those of your own that it may have named, `effect.py:GasSpring`.
-    torque_constant, units, rename: how paths are read, as for `read_log`.
+    torque_constant, motor, units, rename: how paths are read, as for `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -264,7 +269,7 @@ def identify_runs(
     known = listed("runs", runs), listed("held_out", held_out)
     if settle is not None and not (isinstance(settle, int | float) and settle >= 0):
         raise UsageError(f"settle = {settle!r}: must be a number [s], not below zero")
-    how = reading(torque_constant, units, rename)
+    how = reading(torque_constant, units, rename, motor)
     chosen, own = names("joints", joints), names("effects", effects)
     options = Search(text("base", base), how, numbers("tolerance", tolerance), chosen, own)
     more: Extras | None = None
@@ -286,6 +291,7 @@ def diagnose_runs(
     joints: Sequence[str] = (),
     effects: Sequence[str] = (),
     torque_constant: float | Sequence[float] | None = None,
+    motor: Motors | None = None,
     units: Mapping[str, str] | None = None,
     rename: Mapping[str, str] | None = None,
     progress: DiagnosisProgress = silent,
@@ -298,7 +304,8 @@ def diagnose_runs(
     a robot's file or the `.toml` beside it, or one of your own, `base.py:Arm` (docs/own-base.md).
     tolerance: in place of the machine file's, `{"mass": 0.1}`. joints: of a robot's file, in the
     order of the logs' axes. effects: of your own, `effect.py:GasSpring` (docs/own-effect.md),
-    beside the library's. torque_constant, units, rename: how paths are read, as for `read_log`.
+    beside the library's. torque_constant, motor, units, rename: how paths are read, as for
+    `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -310,7 +317,7 @@ def diagnose_runs(
     if file is None and base == "hexapod":
         file = machine_file()
     known = listed("runs", runs), listed("held_out", held_out)
-    how, chosen = reading(torque_constant, units, rename), names("joints", joints)
+    how, chosen = reading(torque_constant, units, rename, motor), names("joints", joints)
     own = names("effects", effects)
     options = Search(text("base", base), how, numbers("tolerance", tolerance), chosen, own)
     return diagnose(*known, file, options, progress)

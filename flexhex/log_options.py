@@ -19,6 +19,14 @@ TorqueConstant = Annotated[
         help="torque constant of logs in A or V: one number, or one for each axis: 3.0,3.1",
     ),
 ]
+Motor = Annotated[
+    str | None,
+    typer.Option(
+        metavar="'R=OHM K_t=...'",
+        help="motor of logs in V: R [ohm], K_t [N m/A, N/A], also K_e (default: K_t), L [H] (0),"
+        " gear (1), gain of the amplifier (1); of several axes one number, or one for each: R=1,2",
+    ),
+]
 Unit = Annotated[
     list[str] | None,
     typer.Option(
@@ -34,9 +42,12 @@ Rename = Annotated[
 ]
 
 
-def log_options(constant: str | None, units: list[str], names: list[str]) -> Options:
+def log_options(
+    constant: str | None, units: list[str], names: list[str], motor: str | None = None
+) -> Options:
     """How to read logs. UsageError for a wrong option."""
     from flexhex.diagnosis.logs import Options
+    from flexhex.diagnosis.logs.motor import motor_option
 
     constants: float | tuple[float, ...] | None = None
     if constant is not None:
@@ -48,7 +59,7 @@ def log_options(constant: str | None, units: list[str], names: list[str]) -> Opt
         if not all(0 < abs(value) < float("inf") for value in constants):
             raise UsageError(f"--torque-constant {constant}: must be a number other than zero")
         constants = constants[0] if len(constants) == 1 else constants
-    return Options(constants, _units(units), _names(names))
+    return Options(constants, _units(units), _names(names), motor=motor_option(constants, motor))
 
 
 def _units(words: list[str]) -> dict[str, str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeGuard
 
 from flexhex.diagnosis.logs import Log, Options
+from flexhex.diagnosis.logs.motor import Given, motor_option
 from flexhex.fmus.common.errors import UsageError
 
 File = str | Path
@@ -56,14 +57,17 @@ def reading(
     constant: float | Sequence[float] | None,
     units: Mapping[str, str] | None,
     rename: Mapping[str, str] | None,
+    motor: Given | None = None,
 ) -> Options:
-    """How logs are read. UsageError for what is no unit, no name or no constant."""
+    """How logs are read. UsageError for what is no unit, no name, no constant or no motor."""
     for name, given in (("units", units), ("rename", rename)):
         for key, value in _pairs(name, given).items():
             if not isinstance(value, str):
                 raise UsageError(f"{name}[{key!r}] = {value!r}: must be a text")
     constants = constant if constant is None or _positive(constant) else _each(constant)
-    return Options(constants, units or {}, rename or {})
+    if not isinstance(motor, str | Mapping | None):
+        raise UsageError(f"motor = {motor!r}: must be a text, 'R=1.2 K_t=0.05', or a dictionary")
+    return Options(constants, units or {}, rename or {}, motor=motor_option(constants, motor))
 
 
 def _positive(value: object) -> TypeGuard[float]:

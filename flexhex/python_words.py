@@ -16,6 +16,7 @@ ARGUMENTS = {
     "rename": "rename",
     "unit": "units",
     "torque-constant": "torque_constant",
+    "motor": "motor",
     "tolerance": "tolerance",
     "base": "base",
     "joints": "joints",

@@ -67,7 +67,8 @@ def display_unit(variable: Variable, name: str) -> str:
 
 
 _SYMBOLS = {symbol: UNITS[symbol].exponents for symbol in ("kg", "m", "s", "A", "rad", "Hz")} | {
-    "N": {"kg": 1, "m": 1, "s": -2}
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
 }
 _FACTOR = re.compile(r"([A-Za-z]+)([1-9]?)")
 

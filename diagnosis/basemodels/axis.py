@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Known
 from flexhex.diagnosis.basemodels.columns import ColumnBase
-from flexhex.diagnosis.kinds import ROTARY, Kind, Kinds
+from flexhex.diagnosis.kinds import ROTARY, Kind, Kinds, absolute
 
 Array = NDArray[np.float64]
 SHARED = (("d", "N m s/rad"), ("k", "N m/rad"))
@@ -48,7 +48,15 @@ class AxisBase(ColumnBase):
     def __init__(self, n: int, ts: float, kinds: Kinds = ()) -> None:
         kinds = kinds or (ROTARY,) * n
         linear = tuple(
-            Known(f"{name}[{i + 1}]", kind.unit(unit), 0.0, np.inf, name, i)
+            Known(
+                f"{name}[{i + 1}]",
+                absolute(kind).unit(unit),
+                0.0,
+                np.inf,
+                name,
+                i,
+                shown=kind.unit(unit),
+            )
             for i, kind in enumerate(kinds)
             for name, unit in terms(kind)
         )

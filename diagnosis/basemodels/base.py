@@ -78,6 +78,7 @@ class Known:
     kind of flexure). axis: of the actuator that it belongs to, counting from 0, or None. file: the
     machine file's value, where the runs show that its body has another mass; wider: times its
     tolerance that it may then be off. bounded: no machine has it below zero, whatever its unit.
+    shown: the unit in which it is printed, where torques are known as voltages alone.
     """
 
     name: str
@@ -89,6 +90,12 @@ class Known:
     file: float | None = None
     wider: float = 1.0
     bounded: bool = False
+    shown: str = ""
+
+    @property
+    def printed(self) -> str:
+        """The unit in which its values are printed."""
+        return self.shown or self.unit
 
     @property
     def written(self) -> float:

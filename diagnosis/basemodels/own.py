@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import POWER, Known
 from flexhex.diagnosis.basemodels.columns import ColumnBase
-from flexhex.diagnosis.kinds import KINDS, Kinds, kinds_of
+from flexhex.diagnosis.kinds import KINDS, Kinds, absolute, kinds_of
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import FlexhexError, MachineError
@@ -157,7 +157,7 @@ def _refuse_misspelt(model: object, name: str) -> None:
 def _kinds(axes: Any, log: Log, name: str) -> Kinds:
     width = log["theta"].width
     if axes is None:
-        return kinds_of(log, width)
+        return tuple(map(absolute, kinds_of(log, width)))
     by_name = {kind.name: kind for kind in KINDS}
     if isinstance(axes, str) or not isinstance(axes, Sequence) or not set(axes) <= set(by_name):
         raise MachineError(

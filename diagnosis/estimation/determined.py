@@ -78,5 +78,5 @@ class Seen:
         if len(places) == 1 and (never_negative(known[places[0]]) or known[places[0]].positive):
             low = max(low, 0.0)
         terms = tuple((known[p].name, float(c[p])) for p in places)
-        estimate = Estimate(value, (low, high), known[places[0]].unit)
+        estimate = Estimate(value, (low, high), known[places[0]].printed)
         return Parameter(terms, estimate, file, tolerance, bool(determined))

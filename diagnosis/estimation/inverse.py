@@ -33,7 +33,7 @@ def inverse_model(identified: Identified) -> equations.Identified:
             " file: take --tolerance geometry and gravity out"
         )
     values = {one.name: one.estimate.value for one in identified.parameters}
-    own = [Parameter(k.name, k.unit, values[k.name]) for k in base.linear]
+    own = [Parameter(k.name, k.printed, values[k.name]) for k in base.linear]
     rubbing = [k for k in estimated.known if k.group == GROUP]
     listed = [*own, *(Parameter(k.name, k.unit, values[k.name]) for k in rubbing)]
     frictions = []

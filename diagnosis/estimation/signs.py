@@ -17,7 +17,7 @@ def negative_values(estimated: Estimated) -> tuple[list[str], set[str]]:
     for i, kind in enumerate(kinds_of(base, base.n)):
         wanted = [f"{name}[{i + 1}]" for name in HAVE]
         own = [
-            Asked(known.name, float(estimated.free[k]), float(deviation[k]), known.unit)
+            Asked(known.name, float(estimated.free[k]), float(deviation[k]), known.printed)
             for k, known in enumerate(estimated.known)
             if known.name in wanted
         ]

@@ -51,7 +51,7 @@ def with_payload(base: Base, runs: Sequence[Run], estimated: Estimated) -> tuple
         return estimated, ""
     names = ", ".join(Path(name).name for name in heavier)
     verb = "carries" if len(heavier) == 1 else "carry"
-    size = f"{value:.3g} ± {NORMAL * deviation:.2g} {again.known[mass].unit}"
+    size = f"{value:.3g} ± {NORMAL * deviation:.2g} {again.known[mass].printed}"
     return again, (
         f"{names}: {verb} {size} more than the other runs, which no head announces:"
         " fitted as `payload`; write it into the heads of these logs, or leave them out"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.kinds import Kinds
+from flexhex.diagnosis.logs.motor import Motor
 from flexhex.diagnosis.reversals import angle_noise
 from flexhex.fmus.common.errors import LogError
 
@@ -96,12 +97,14 @@ class Finding:
 class Options:
     """What the user adds to a log: torque_constant [N m/A, N/A], one or one for each axis; units by
     channel (`{"theta": "deg"}`, or for each axis: `"rad, mm"`), which outweigh the file's; rename:
-    {name in the file: channel}; memory: bytes of samples to keep."""
+    {name in the file: channel}; memory: bytes of samples to keep; motor: data of the motors of a
+    log in V."""
 
     torque_constant: float | tuple[float, ...] | None = None
     units: Mapping[str, str] = field(default_factory=dict)
     rename: Mapping[str, str] = field(default_factory=dict)
     memory: float = MEMORY
+    motor: Motor | None = None
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ CHANNELS = (
     "theta",
     "tau_meas",
     "current",
+    "voltage",
     "thetad",
     "thetadd",
     "r",

@@ -10,6 +10,7 @@ import numpy as np
 from flexhex.diagnosis.kinds import ROTARY, Kinds
 from flexhex.diagnosis.logs.clock import Clock, clock_of
 from flexhex.diagnosis.logs.clocks import compared
+from flexhex.diagnosis.logs.constants import Known, constants_of
 from flexhex.diagnosis.logs.delay import delays
 from flexhex.diagnosis.logs.held import fresh
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
@@ -19,15 +20,14 @@ from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.units import (
     SI,
     TORQUES,
-    constants_shown,
     each_unit,
     factor,
     is_current,
     is_voltage,
     kind_of,
-    torque_constant,
 )
 from flexhex.diagnosis.logs.values import NEEDED, clipped, filled, judged, spikes
+from flexhex.diagnosis.logs.voltage import DRIVEN, motor_given, with_motor, without_voltage
 from flexhex.diagnosis.logs.wrapped import of_angles
 from flexhex.fmus.common.errors import LogError, unreadable
 
@@ -67,7 +67,9 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
     channels: dict[str, Channel] = {}
     clocks: dict[str, Clock] = {}
     requests = list[str]()  # all at once, so that a user answers once
-    kinds = _kinds(raw, options)
+    kinds, volts = _kinds(raw, options), set[str]()
+    motor, findings = motor_given(name, meta, options), [*findings, *without_voltage(raw)]
+    known = kinds, meta, options, motor
     for table in raw.tables:
         if not table.values:
             continue
@@ -81,12 +83,12 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
             if channel in channels:
                 raise LogError(f"{table.where}: {channel} stands there twice: keep one of them")
             try:
-                converted = _channel(table, channel, clock, (kinds, meta, options), findings)
+                converted = _channel(table, channel, clock, (known, volts), findings)
             except LogError as error:
                 requests.append(str(error).removeprefix(f"{name}: "))
                 continue
             if converted is not None:
-                channels["tau_meas" if channel == "current" else channel] = converted
+                channels["tau_meas" if channel in DRIVEN else channel] = converted
             del table.values[channel]
     if requests:
         raise LogError(f"{name}: {'; '.join(requests)}")
@@ -97,10 +99,11 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
         units = " and ".join(dict.fromkeys(kind.unit("N m") for kind in kinds))
         text = f"the torque constant that was given is not used: torques are in {units}"
         findings.append(Finding("units", name, text, True))
-    findings += compared(name, clocks) + judged(name, channels, kinds)
-    findings += delays(name, channels)
+    findings += compared(name, clocks)
     unused, more = judged_rates(name, channels, kinds)
-    return Log(name, channels, meta, (*findings, *more), kinds=kinds, unused=unused)
+    known_as, said = with_motor(name, channels, (motor, volts, unused), kinds)
+    findings = [*said, *findings, *judged(name, channels, kinds), *delays(name, channels), *more]
+    return Log(name, channels, meta, tuple(findings), kinds=known_as, unused=unused)
 
 
 def _kinds(raw: Raw, options: Options) -> Kinds:
@@ -123,26 +126,27 @@ def _channel(
     table: Table,
     name: str,
     clock: Clock,
-    known: tuple[Kinds, dict[str, str], Options],
+    of_log: tuple[Known, set[str]],
     findings: list[Finding],
 ) -> Channel | None:
     """One channel in SI units on its clock, or None when it is left out with a finding.
 
-    known: kinds of the axes, metadata and options of the log.
+    of_log: what is known of it, and where the names go of channels that stay in V.
     """
-    kinds, _, options = known
+    known, volts = of_log
+    kinds, _, options, _ = known
     where, values, units = table.where, table.values[name], _units(table, name, options)
-    currents = [name == "current" or is_current(name, unit) for unit in units]
+    currents = [name in DRIVEN or is_current(name, unit) for unit in units]
     try:
         if any(currents) and not all(currents):
             raise LogError(f"{where}: {name} is a current on some axes only: make all of them one")
         if len(set(map(is_voltage, units))) > 1:
             raise LogError(f"{where}: {name} is in A on some axes, in V on others: make them one")
-        of = "current" if any(currents) else name
+        of = "current" if any(currents) and name != "voltage" else name
         scale = np.array([factor(where, of, unit, k) for k, unit in enumerate(units, start=1)])
         _same_kind(where, name, units, kinds)
     except LogError as error:
-        if name in (*NEEDED, "current"):
+        if name in (*NEEDED, *DRIVEN):
             raise
         findings.append(
             Finding("units", where, f"{error}; not used".removeprefix(f"{where}: "), False)
@@ -150,7 +154,8 @@ def _channel(
         return None
     if any(currents):
         base = "V" if is_voltage(units[0]) else "A"
-        values *= scale * _constants(where, (name, base), values.shape[1], known, findings)
+        constants = constants_of(where, (name, base), values.shape[1], known, findings)
+        values *= scale if constants is None else scale * constants
     elif (scale != 1.0).any():
         values *= scale
         findings.append(Finding("units", where, _converted(name, units, scale, kinds), True))
@@ -162,6 +167,8 @@ def _channel(
     for sound in of_angles(kinds) if name == "theta" else (spikes, clipped) if torque else ():
         channel, found = sound(where, called, channel)
         findings += found
+    if any(currents) and constants is None:
+        volts.add("tau_meas" if name in DRIVEN else name)
     if more and more[0].kind == "nan" and "no numbers" in more[0].text:
         return None
     return channel
@@ -185,55 +192,6 @@ def _converted(name: str, units: tuple[str, ...], scale: Array, kinds: Kinds) ->
         return f"{name} converted from {units[0]} to {listed[0]}"
     changed = [k for k in range(len(units)) if scale[k] != 1.0]
     return ", ".join(f"{name}[{k + 1}] converted from {units[k]} to {listed[k]}" for k in changed)
-
-
-def _constants(
-    where: str,
-    channel: tuple[str, str],
-    width: int,
-    known: tuple[Kinds, dict[str, str], Options],
-    findings: list[Finding],
-) -> Array:
-    """Torque or force constants (width,) [N m/A, N/A, or for V] from the options or the file;
-    channel: its name and A or V. One where the constant of a voltage is not known."""
-    kinds, meta, options = known
-    name, base = channel
-    wanted = (*kinds, *(ROTARY,) * width)[:width]
-    given, of = options.torque_constant, wanted
-    if given is None and "torque_constant" in meta:
-        given, of = torque_constant(where, meta["torque_constant"])
-        if f"/{'A' if base == 'V' else 'V'}" in meta["torque_constant"]:
-            raise LogError(
-                f"{where}: {name} is in {base}, torque_constant is {meta['torque_constant']!r}:"
-                " correct one of them"
-            )
-    if given is None and base == "V":
-        units = " or ".join(dict.fromkeys(kind.unit("N m") for kind in wanted))
-        text = (
-            f"{name} in V and no constant is known: a volt counts as 1 {units}, so all sizes are"
-            " relative to that; --torque-constant makes them absolute"
-        )
-        findings.append(Finding("units", where, text, False))
-        return np.ones(width)
-    if given is None:
-        raise LogError(
-            f"{where}: {name} is a current in A and no torque constant is known: write"
-            f" `torque_constant: 3.0 {wanted[0].unit('N m')}/A` into the metadata or give"
-            " --torque-constant (the machine file's drive.K_t, if it is the same drive)"
-        )
-    constants = np.atleast_1d(np.asarray(given, dtype=np.float64))
-    if len(constants) not in (1, width):
-        raise LogError(f"{where}: {len(constants)} torque constants for {width} axes")
-    if any(mine is not own for mine, own in zip(of * width, wanted, strict=False)):
-        units = ", ".join(f"{kind.unit('N m')}/A" for kind in wanted)
-        raise LogError(
-            f"{where}: torque_constant is {meta['torque_constant']!r}, wanted in {units}, axis by"
-            " axis: theta says what each axis moves along"
-        )
-    shown = constants_shown(constants.tolist(), [f"{k.unit('N m')}/{base}" for k in wanted])
-    text = f"{name} in {base} times the torque constant {shown}"
-    findings.append(Finding("units", where, text, True))
-    return np.broadcast_to(constants, (width,))
 
 
 def _complete(name: str, channels: dict[str, Channel], unused: list[str]) -> None:

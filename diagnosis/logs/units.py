@@ -61,11 +61,12 @@ KNOWN: Mapping[str, Mapping[str, float]] = {
     "time": TIME,
     **{name: {**of[ROTARY], **of[LINEAR]} for name, of in MOVING.items()},
     "current": {**CURRENT, **VOLTAGE},
+    "voltage": VOLTAGE,
     "payload": {"kg": 1.0, "g": 1e-3},
     "temperature": {"degC": 1.0, "°C": 1.0, "C": 1.0, "celsius": 1.0},
 }
 SI = {"time": "s", "theta": "rad", "r": "rad", "thetad": "rad/s", "thetadd": "rad/s2"}
-SI |= {"tau_meas": "N m", "tau": "N m", "tau_ff": "N m", "current": "A"}
+SI |= {"tau_meas": "N m", "tau": "N m", "tau_ff": "N m", "current": "A", "voltage": "V"}
 SI |= {"payload": "kg", "temperature": "degC"}
 WHY = {
     "nm": "nanometres, or N m?",

@@ -85,7 +85,9 @@ def _known(base: Base, load: Load, blocks: Sequence[Block]) -> tuple[Known, ...]
         near = np.isfinite(mass * base.reach)
         tolerance = mass * _spread(base.reach, known.unit) if near else float(most)
         name = f"{load.name}.{known.name.rpartition('.')[2]}"
-        parameters.append(Known(name, known.unit, 0.0, tolerance, GROUP, known.axis))
+        parameters.append(
+            Known(name, known.unit, 0.0, tolerance, GROUP, known.axis, shown=known.shown)
+        )
     return tuple(parameters)
 
 

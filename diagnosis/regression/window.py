@@ -128,7 +128,7 @@ def outgrown(model: Calibrated, again: Calibrated, usual: float) -> Smoother | N
             window = again.base.window
             name = f"{known.group} of axis {(known.axis or 0) + 1}"
             text = (
-                f"the fitted {name} is {before:.2g} {known.unit} under"
+                f"the fitted {name} is {before:.2g} {known.printed} under"
                 f" {1e3 * model.base.window:.0f} ms of smoothing and {after:.2g} under"
                 f" {1e3 * window:.0f}: accelerations are noisy, smoothed longer than the usual"
                 f" {1e3 * usual:.0f} ms"

@@ -48,7 +48,7 @@ def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
         for place in sorted(clear | {most}):
             known = model.known[place]
             changed[place] = _change(
-                known.name, known.written, move[place], deviation[place], known.unit
+                known.name, known.written, move[place], deviation[place], known.printed
             )
     return list(changed.values())
 
@@ -78,7 +78,7 @@ def tolerated_of(fit: Joint, sure: float, least: float) -> tuple[Tolerated, ...]
     for place, own in zip(places, share.T, strict=True):
         known, wide = model.known[place], deviation[place] * model.scale[place]
         one = _change(
-            known.name, known.written, model.scale[place] * fit.q[place], wide, known.unit
+            known.name, known.written, model.scale[place] * fit.q[place], wide, known.printed
         )
         axis = int(np.argmax(own))
         more = known.tolerance, axis + 1, float(own[axis])
@@ -132,7 +132,10 @@ def _payload(load: Load, value: Array, covariance: Array, reach: float) -> list[
     units = [known.unit for known in load.known]
     if not np.isfinite(reach) or not sure[units.index("kg")]:
         shown = np.flatnonzero(sure)
-        return [_change(load.known[k].name, 0.0, value[k], deviation[k], units[k]) for k in shown]
+        return [
+            _change(load.known[k].name, 0.0, value[k], deviation[k], load.known[k].printed)
+            for k in shown
+        ]
     m = units.index("kg")
     mass = float(value[m])
     changes = [_change(load.name, 0.0, mass, float(np.hypot(deviation[m], LENGTHS * mass)), "kg")]

@@ -79,7 +79,9 @@ def negative(fit: Joint, sure: float) -> str:
             # no row says anything of an axis that rests all the time
             continue
         own = [
-            Asked(k.name, k.nominal + float(model.scale[p] * fit.q[p]), float(deviation[p]), k.unit)
+            Asked(
+                k.name, k.nominal + float(model.scale[p] * fit.q[p]), float(deviation[p]), k.printed
+            )
             for p, k in enumerate(model.base.linear)
             if k.axis == i and k.name == f"{_kind(k.name)}[{i + 1}]" and _kind(k.name) in HAVE
         ]

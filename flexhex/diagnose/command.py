@@ -14,7 +14,7 @@ from flexhex.arguments import AsJson
 from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options
 from flexhex.diagnose.options import interactive, once_each, writable
 from flexhex.fmus.common.errors import UsageError
-from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
+from flexhex.log_options import Motor, Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
@@ -64,6 +64,7 @@ def diagnose_command(
         ),
     ] = False,
     torque_constant: TorqueConstant = None,
+    motor: Motor = None,
     unit: Unit = None,
     rename: Rename = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="output folder")] = Path("out/diagnose"),
@@ -74,7 +75,7 @@ def diagnose_command(
 ) -> None:
     """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
     or an unexplained residual remain, or the runs do not decide."""
-    logs = log_options(torque_constant, unit or [], rename or [])
+    logs = log_options(torque_constant, unit or [], rename or [], motor)
     options, file = base_options(base, machine, joints, tolerance, logs, effect)
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")

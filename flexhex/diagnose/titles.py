@@ -61,5 +61,6 @@ def capital(text: str) -> str:
 
 
 def effort(units: Sequence[str]) -> str:
-    """What axes with these units have: torque, force, or either."""
-    return " or ".join(dict.fromkeys("torque" if unit == "N m" else "force" for unit in units))
+    """What axes with these units have: torque, force, voltage, or several."""
+    called = {"N m": "torque", "V": "voltage"}
+    return " or ".join(dict.fromkeys(called.get(unit, "force") for unit in units))

@@ -13,7 +13,7 @@ from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_opti
 from flexhex.diagnose.options import once_each
 from flexhex.fmus.common.errors import UsageError
 from flexhex.identify.folder import target
-from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
+from flexhex.log_options import Motor, Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
     from flexhex.diagnosis.prepare import Options
@@ -94,6 +94,7 @@ def identify_command(
         ),
     ] = None,
     torque_constant: TorqueConstant = None,
+    motor: Motor = None,
     unit: Unit = None,
     rename: Rename = None,
     json: AsJson = False,
@@ -106,7 +107,7 @@ def identify_command(
         machine,
         joints,
         tolerance,
-        log_options(torque_constant, unit or [], rename or []),
+        log_options(torque_constant, unit or [], rename or [], motor),
         effect,
     )
     if effect and diagnosis is None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from rich.console import Console
 
 from flexhex.diagnose.numbers import number
-from flexhex.diagnose.titles import capital, readable
+from flexhex.diagnose.titles import capital, effort, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.result.estimates import Parameter, summed
@@ -139,7 +139,8 @@ def _print_errors(out: Console, identified: Identified) -> None:
     both: list[tuple[str, Errors]] = [("runs", identified.errors)]
     if identified.held_out is not None:
         both.append(("held out", identified.held_out))
-    columns = [Column("axis", "axis"), Column("torque", "torque RMS", right=True)]
+    called = effort(identified.units)
+    columns = [Column("axis", "axis"), Column("torque", f"{called} RMS", right=True)]
     for name, _ in both:
         columns.append(Column(f"{name}: file", f"{name}: file", "%", ".3g"))
         columns.append(Column(f"{name}: identified", "identified", "%", ".3g"))
@@ -149,9 +150,8 @@ def _print_errors(out: Console, identified: Identified) -> None:
         left |= {f"{name}: identified": 100 * float(e.fitted[i]) for name, e in both}
         torque = f"{number(float(identified.errors.torque[i]))} {unit}"
         rows.append({"axis": str(i + 1), "torque": torque, **left})
-    out.print(
-        table("Share of the torque that is left (RMS, of the torque with its mean)", columns, rows)
-    )
+    title = f"Share of the {called} that is left (RMS, of the {called} with its mean)"
+    out.print(table(title, columns, rows))
 
 
 def _has_file(identified: Identified) -> bool:

@@ -10,7 +10,7 @@ import typer
 
 from flexhex.arguments import DEFAULT_MACHINE, machine_file_of
 from flexhex.base_options import Joints, Tolerances, base_options
-from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
+from flexhex.log_options import Motor, Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
     from flexhex.fmus.common.machine.machine import Machine
@@ -44,6 +44,7 @@ def view_command(
     joints: Joints = "",
     tolerance: Tolerances = None,
     torque_constant: TorqueConstant = None,
+    motor: Motor = None,
     unit: Unit = None,
     rename: Rename = None,
     begin: Annotated[float, typer.Option("--from", help="show from this time on [s]")] = 0.0,
@@ -68,7 +69,7 @@ def view_command(
     from flexhex.view.shapes import of_machine
     from flexhex.view.sources import load_sources
 
-    logs = log_options(torque_constant, unit or [], rename or [])
+    logs = log_options(torque_constant, unit or [], rename or [], motor)
     if live:
         if len(runs) > 1:
             raise UsageError("--live follows one recording: leave the others out")

@@ -79,7 +79,7 @@ def test_volts_are_relative_without_a_constant(tmp_path: Path) -> None:
     path = write_csv(tmp_path / "a.csv", names, ["s", "m", "m", "mV", "mV"], values)
     log = read_log(path)
     assert log.tau == pytest.approx(values[:, 3:] * 1e-3)
-    assert "a volt counts as 1 N, so all sizes are relative" in finding(log, "units").text
+    assert "all results are relative, in volts" in finding(log, "units").text
     given = read_log(path, Options(torque_constant=35.0))
     assert given.tau == pytest.approx(values[:, 3:] * 35e-3)
     assert "tau_meas in V times the torque constant 35 N/V" in finding(given, "units").text
