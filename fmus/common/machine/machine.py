@@ -42,8 +42,9 @@ STIFFEST = 0.002
 steps integrate. Measured on the default machine: with 0.007 it runs away, with 0.0022 not."""
 STEEP, RUBBING = 0.001, 2.0
 """Slopes of a user's torque over the angle, k Ts^2 / J, and over the rate, d Ts / J, that the loop
-bears. Measured on the default machine, with the torque in the feedforward: with 0.001 and 2 it
-tracks within 5 urad, with 0.002 it runs away, with 3 it errs by 200 urad."""
+bears. Measured on the default machine, 2 s of one motion, with the torque in the feedforward: up to
+0.001 and 2 it tracks within 20 urad, with 0.002 it runs away, with 3 it errs by 200 urad. A torque
+that falls with the angle runs away from -0.0005 on: that is the loop's own limit, not refused."""
 ROUNDED = 1e-3
 """Relative excess that the digits of a file may make."""
 
@@ -99,7 +100,7 @@ class Machine(Section):
                 if slope > most:
                     return (
                         f"{use.id} changes by {slope:.3g} {unit} at {signal} = {at:.3g}, at most"
-                        f" {most:.3g} {unit}: the plant's steps of timing.base cannot follow; make"
+                        f" {most:.3g} {unit}: plant and loop cannot follow; make"
                         " it smoother, as np.tanh(x / width) does, or smaller"
                     )
         return ""
