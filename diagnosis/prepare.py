@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis import logs
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.bases import base_of
-from flexhex.diagnosis.hypotheses.own_effect import OwnEffect, own_effects
+from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.kinds import axes_named, kinds_of, refuse_others, units_of
@@ -22,6 +22,7 @@ from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.runs import refuse_nothing, refuse_slow, runs_of, starts_of
+from flexhex.fmus.common.effects.own import OwnEffect
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]

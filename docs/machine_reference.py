@@ -78,7 +78,7 @@ def table(model: type[BaseModel], example: dict[str, Any]) -> list[str]:
     """Rows of one table of the file."""
     lines = ["| key | unit | T-Flex | source | note |", "| --- | --- | --- | --- | --- |"]
     for name, field in model.model_fields.items():
-        if _model(field) is None:
+        if _model(field) is None and not field.exclude:
             value, source, note = _shown(example.get(name))
             optional = "" if field.is_required() else " (optional)"
             note = note.replace("|", "\\|")

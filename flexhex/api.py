@@ -303,9 +303,9 @@ def diagnose_runs(
     file; None is the T-Flex, and nothing for other bases. base: `hexapod`, `axis` (each by itself),
     a robot's file or the `.toml` beside it, or one of your own, `base.py:Arm` (docs/own-base.md).
     tolerance: in place of the machine file's, `{"mass": 0.1}`. joints: of a robot's file, in the
-    order of the logs' axes. effects: of your own, `effect.py:GasSpring` (docs/own-effect.md),
-    beside the library's. torque_constant, motor, units, rename: how paths are read, as for
-    `read_log`.
+    order of the logs' axes. effects: of your own, `effect.py:GasSpring` or a package's name
+    (docs/own-effect.md), beside the library's. torque_constant, motor, units, rename: how paths are
+    read, as for `read_log`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 

@@ -51,7 +51,7 @@ OwnEffects = Annotated[
         "--effect",
         metavar="FILE.py:NAME",
         help="an effect of your own beside the library's (`flexhex init effect.py` writes an"
-        " example)",
+        " example), or the name of one that a package offers",
     ),
 ]
 

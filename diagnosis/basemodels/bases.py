@@ -9,14 +9,7 @@ from types import MappingProxyType
 from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
-from flexhex.diagnosis.basemodels.own import OwnBase
-from flexhex.diagnosis.basemodels.own_file import (
-    from_file,
-    from_package,
-    offered,
-    refuse_missing,
-    split,
-)
+from flexhex.diagnosis.basemodels.own import NEEDED, OwnBase
 from flexhex.diagnosis.basemodels.robot_file import is_robot, read_robot, refuse_robot
 from flexhex.diagnosis.basemodels.robot_more import read_more
 from flexhex.diagnosis.basemodels.robots import RobotBase
@@ -24,7 +17,16 @@ from flexhex.diagnosis.basemodels.tolerances import with_tolerance
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.user_code import (
+    BASE_GROUP,
+    from_file,
+    from_package,
+    offered,
+    refuse_missing,
+    split,
+)
 
+WHAT = "base model"
 NO_TOLERANCE: Mapping[str, float] = MappingProxyType({})
 """Those of the machine file, all of them."""
 
@@ -55,9 +57,9 @@ def known_base(name: str) -> None:
     if is_robot(name):
         refuse_robot(Path(name))
     elif (own := split(name)) is not None:
-        refuse_missing(own[0], name)
-    elif name not in BASES and name not in offered():
-        listed = ", ".join((*BASES, *offered()))
+        refuse_missing(own[0], name, "--base")
+    elif name not in BASES and name not in offered(BASE_GROUP):
+        listed = ", ".join((*BASES, *offered(BASE_GROUP)))
         raise UsageError(
             f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf, .toml), and a"
             " base model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
@@ -91,7 +93,7 @@ def base_of(
             raise UsageError(f"tolerance: base model {name} reads no machine file: take it out")
         return _hexapod(machine_file, log, tolerance)
     if (own := split(name)) is not None:
-        return OwnBase(from_file(*own), name, log)
+        return OwnBase(from_file(*own, NEEDED, "--base", WHAT), name, log)
     if name in BASES:
         return BASES[name](machine_file, log)
-    return OwnBase(from_package(offered()[name]), f"base model {name}", log)
+    return OwnBase(from_package(offered(BASE_GROUP)[name], WHAT), f"{WHAT} {name}", log)

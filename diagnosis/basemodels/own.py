@@ -30,6 +30,7 @@ from flexhex.diagnosis.kinds import KINDS, Kinds, absolute, kinds_of
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import FlexhexError, MachineError
+from flexhex.fmus.common.user_code import error_line
 
 Array = NDArray[np.float64]
 NEEDED = ("parameters", "columns")
@@ -126,17 +127,6 @@ class OwnBase(ColumnBase):
                 f"{self.name}: columns of a sample change with the samples after it: use each"
                 " sample's angles, rates and accelerations alone"
             )
-
-
-def error_line(error: BaseException, file: str = "") -> str:
-    """An error of a user's code in a line: where in the file it was raised (last, or in `file`)."""
-    at, trace = 0, error.__traceback__
-    while trace is not None:
-        if not file or trace.tb_frame.f_code.co_filename == file:
-            at = trace.tb_lineno
-        trace = trace.tb_next
-    where = f" (line {at})" if at else ""
-    return f"{type(error).__name__}: {error}{where}"
 
 
 def _refuse_misspelt(model: object, name: str) -> None:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
-from flexhex.diagnosis.basemodels.own import error_line
 from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.user_code import error_line
 from flexhex.fmus.inverse.equations import Torque
 
 Array = NDArray[np.float64]

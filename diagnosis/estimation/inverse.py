@@ -13,11 +13,14 @@ from flexhex.diagnosis.estimation.extras import Extra, Extras
 from flexhex.diagnosis.estimation.friction import GROUP
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, signals
-from flexhex.diagnosis.hypotheses.own_effect import OwnEffect
 from flexhex.diagnosis.kinds import kinds_of, units_of
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.effects.own import OwnEffect
+from flexhex.fmus.common.errors import MachineError, UsageError
 from flexhex.fmus.inverse import equations
 from flexhex.fmus.inverse.equations import Friction, Parameter
+
+OTHERS = 16
+"""Axes that a user's effect may ask for, when it is tried."""
 
 
 def inverse_model(identified: Identified) -> equations.Identified:
@@ -77,9 +80,13 @@ def left_out(extras: Extras) -> list[str]:
 
 
 def _asks(one: Extra) -> str:
-    if isinstance(one.effect, OwnEffect):
-        return "it is your own, in NumPy, of which no C is made"
     n, effect = one.axis + 1, one.effect
+    if isinstance(effect, OwnEffect):
+        try:
+            effect.function(one.shape, OTHERS)
+        except MachineError as error:
+            return str(error)
+        n = OTHERS
     u = ca.SX.sym("u", N_SIGNAL * (n + 1))
     state = ca.SX.sym("state", max(1, len(effect.states)))
     own = signals(n, u)

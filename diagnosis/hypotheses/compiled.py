@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.hypotheses.own_effect import OwnEffect
 from flexhex.fmus.common.effects import Effect, Shape, Signals, library
+from flexhex.fmus.common.effects.own import OwnEffect
 from flexhex.numeric.rows import native
 from flexhex.numeric.scan import ScanFunction, scans
 

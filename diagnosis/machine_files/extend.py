@@ -28,8 +28,11 @@ from flexhex.diagnosis.machine_files.toml_text import toml_text
 from flexhex.diagnosis.result.estimates import Estimate
 from flexhex.diagnosis.result.verdict import Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
+from flexhex.fmus.common.effects.own import own_effect
 from flexhex.fmus.common.machine.effect_use import EffectUse
+from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
+from flexhex.fmus.common.user_code import relative
 
 SOURCE = "diagnosed"
 Entry = dict[str, Any]
@@ -82,7 +85,7 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     known = [dict(entry) for entry in data.get("effects", [])]
     new: list[Entry] = []
     for named in diagnosis.effects:
-        entries, refused = _entries(named, known, machine.softest)
+        entries, refused = _entries(named, known, machine)
         new += entries
         left_out += refused
     base = os.path.relpath(machine_file.resolve(), out.resolve().parent)
@@ -96,7 +99,7 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     ]
     text = toml_text(
         {"extends": Path(base).as_posix(), "diagnosed": True, **sections},
-        {"effects": known + new} if diagnosis.effects else {},
+        {"effects": [_seen_from(out.parent, e) for e in known + new]} if diagnosis.effects else {},
         head,
     )
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -105,15 +108,29 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     return Extended(out, tuple(left_out))
 
 
-def _entries(named: Named, known: list[Entry], softest: float) -> tuple[list[Entry], list[str]]:
-    """Entries of one effect, one for each shape, beside what does not fit; `known` ones grow.
-    softest [rad/(N m)]: see `_given_way`."""
-    effect, refused = library()[named.id], []
+def effect_of(named: Named) -> Effect:
+    """The effect that was named, of the library or the user's own."""
+    return own_effect(named.origin, "--effect") if named.origin else library()[named.id]
+
+
+def _id(effect: Effect) -> str:
+    """How a machine file calls it."""
+    return effect.origin or effect.id
+
+
+def _seen_from(folder: Path, entry: Entry) -> Entry:
+    """An entry for a machine file in a folder."""
+    return entry | {"id": relative(entry["id"], folder)}
+
+
+def _entries(named: Named, known: list[Entry], machine: Machine) -> tuple[list[Entry], list[str]]:
+    """Entries of one effect, one for each shape, beside what does not fit; `known` ones grow."""
+    effect, refused = effect_of(named), []
     by_shape: dict[tuple[float, ...], dict[int, AxisEstimates]] = {}
     for axis, estimates in named.parts:
         possible = {**estimates, **_bounded(effect, estimates)}
-        part = AxisEstimates(axis, possible | _given_way(effect, possible, softest))
-        trouble = _trouble(effect, part)
+        part = AxisEstimates(axis, possible | _given_way(effect, possible, machine.softest))
+        trouble = _trouble(effect, part, machine)
         if trouble:
             refused.append(trouble)
         elif not _grown(known, effect, part):
@@ -150,15 +167,16 @@ def _axis(part: AxisEstimates) -> int:
     return part.axis
 
 
-def _trouble(effect: Effect, part: AxisEstimates) -> str:
+def _trouble(effect: Effect, part: AxisEstimates, machine: Machine) -> str:
     """Why a machine file cannot hold an effect, or nothing."""
     values = {name: estimate.value for name, estimate in part.estimates.items()}
     where = f"{effect.id} on axis {part.axis}" if part.axis else effect.id
     try:
-        EffectUse.of(effect.id, [part.axis] if part.axis else [], **values)
+        use = EffectUse.of(_id(effect), [part.axis] if part.axis else [], **values)
     except ValidationError as error:
         return f"{where}: {error.errors()[0]['msg'].removeprefix('Value error, ')}"
-    return ""
+    steep = machine.too_steep(use)
+    return f"{where}: {steep}" if steep else ""
 
 
 def _grown(known: list[Entry], effect: Effect, part: AxisEstimates) -> bool:
@@ -167,7 +185,7 @@ def _grown(known: list[Entry], effect: Effect, part: AxisEstimates) -> bool:
         axes = entry.get("axes", [0])
         tables = entry["parameters"]
         shape = tuple(float(tables[s.name]["value"]) for s in effect.shapes if s.name in tables)
-        if entry["id"] != effect.id or part.axis not in axes or shape != part.shape(effect):
+        if entry["id"] != _id(effect) or part.axis not in axes or shape != part.shape(effect):
             continue
         grown = {name: dict(table) for name, table in tables.items()}
         for gain in effect.gains:
@@ -195,7 +213,7 @@ def _entry(named: Named, effect: Effect, parts: Sequence[AxisEstimates]) -> Entr
     for shape in effect.shapes:
         tables[shape.name] = _table([parts[0].estimates[shape.name]], False, "")
     axes = {"axes": [part.axis for part in parts]} if parts[0].axis else {}
-    return {"id": effect.id, **axes, "parameters": tables}
+    return {"id": _id(effect), **axes, "parameters": tables}
 
 
 def _table(estimates: Sequence[Estimate], many: bool, note: str) -> Entry:

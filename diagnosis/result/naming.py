@@ -48,6 +48,7 @@ def named_of(fit: Joint, errors: Sequence[float], but: Container[int] = ()) -> l
                 known[name].experiment if others else None,
                 share[name],
                 tuple(sorted({axis for axis, own in rivals if axis and own})),
+                known[name].origin,
             )
         )
     return named

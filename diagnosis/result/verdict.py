@@ -35,6 +35,7 @@ class Named:
     `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
     estimates by plain name). rivals: effects that this data cannot tell from it, on the axes
     `open`. share: of the repeatable residual on its axes, explained together with the others.
+    origin: where a user's own is from, as a machine file calls it.
     """
 
     id: str
@@ -46,6 +47,7 @@ class Named:
     experiment: str | None = None
     share: float = math.nan
     open: tuple[int, ...] = ()
+    origin: str = ""
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""

@@ -81,7 +81,10 @@ def diagnose_command(
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
     validation = [*(held_out or []), *(locked or [])]
     if apply and effect:
-        raise UsageError("--apply: no machine file can hold an effect of --effect: take one out")
+        from flexhex.diagnosis.hypotheses.own_effect import own_effects
+
+        for own in own_effects(effect).values():
+            own.refuse_unbuilt()
     if isolability and (validation or apply or effect):
         which = "--held-out" if validation else "--apply" if apply else "--effect"
         raise UsageError(f"{which}: --isolability looks at planned motions, before any run")

@@ -13,6 +13,8 @@ from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
 from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.effects.own import own_effect
+from flexhex.fmus.common.errors import MachineError
 
 NOT_OF_IDENTIFY = ("--out", "-o", "--report")
 """Options of `diagnose` with a value that `identify` has not."""
@@ -102,15 +104,19 @@ def _kind(path: Path) -> tuple[str, str]:
 
 def applicable(diagnosis: Diagnosis) -> bool:
     """Whether something was found that a machine file can hold: no payload on some runs, and no
-    effect of the user's own."""
+    effect of the user's own that works with numbers alone."""
     kept = diagnosis.effects or [change for change in diagnosis.changed if not change.runs]
-    return bool(kept) and _known(diagnosis)
+    return bool(kept) and diagnosis.verdict in APPLICABLE and not unbuilt(diagnosis)
 
 
-def _known(diagnosis: Diagnosis) -> bool:
-    """Whether all that was found is the library's or a parameter of the model."""
-    foreign = any(effect.id not in library() for effect in diagnosis.effects)
-    return diagnosis.verdict in APPLICABLE and not foreign
+def unbuilt(diagnosis: Diagnosis) -> str:
+    """Why an effect of the user's own that was found cannot be built, or nothing."""
+    for effect in (own_effect(e.origin, "--effect") for e in diagnosis.effects if e.origin):
+        try:
+            effect.refuse_unbuilt()
+        except MachineError as error:
+            return str(error)
+    return ""
 
 
 def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, str]]:
@@ -126,6 +132,8 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
             "Or add the best of them" if diagnosis.verdict == "ambiguous" else "Add what was found"
         )
         steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
+    elif invocation.base == "hexapod" and (why := unbuilt(diagnosis)):
+        steps.append((f"To add it to a machine file, mend your effect. {why}", ""))
     elif something and diagnosis.verdict in APPLICABLE and invocation.base != "hexapod":
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
@@ -141,10 +149,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
         steps.append((text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2"))))
     elif diagnosis.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
-        if invocation.base == "hexapod":
-            steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
-        else:
-            steps.append((f"{text} (docs/own-effect.md):", "flexhex init effect.py"))
+        steps.append((f"{text} (docs/own-effect.md):", "flexhex init effect.py"))
     if diagnosis.verdict == "none":
         text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))

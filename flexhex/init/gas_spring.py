@@ -1,6 +1,8 @@
 """A gas spring that balances an axis, an effect of your own for `flexhex diagnose`:
 
 flexhex diagnose RUN... --effect FILE.py:GasSpring
+
+and for a hexapod's machine file: `id = "FILE.py:GasSpring"` in its `[[effects]]`.
 """
 
 from typing import Any

@@ -18,6 +18,7 @@ from flexhex.fmus.common.errors import MachineError, unreadable
 from flexhex.fmus.common.machine.complaints import complaints
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.geometry import Frames
+from flexhex.fmus.common.user_code import absolute
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -49,8 +50,14 @@ def machine_data(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
     extends = "tflex.toml"      everything from there; top-level keys here replace theirs
     without_platform = true     no lower arms, no end-effector, no flexures
     diagnosed = true            what a diagnosis added, see `real_file`
+
+    Files of own effects, `id = "gas_spring.py:GasSpring"`, get whole paths.
     """
     data = read_toml(path)
+    listed = data.get("effects")
+    for entry in listed if isinstance(listed, list) else []:
+        if isinstance(entry, dict) and isinstance(id := entry.get("id"), str):
+            entry["id"] = absolute(id, path.parent)
     data.pop("diagnosed", None)
     base = data.pop("extends", None)
     if base is not None:

@@ -11,12 +11,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis.basemodels import own_file
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.fmus.common import user_code
 from flexhex.fmus.common.errors import MachineError, UsageError
 from tests.compare import assert_close
 from tests.conftest import ROOT
@@ -151,7 +151,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             for name, model in (("arm", "Arm"), ("leg", "Leg"))
         ]
     }
-    monkeypatch.setattr(own_file, "entry_points", lambda group: listed[group])
+    monkeypatch.setattr(user_code, "entry_points", lambda group: listed[group])
 
 
 @pytest.mark.usefixtures("package")

@@ -6,19 +6,21 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.found import extras_of
 from flexhex.diagnosis.estimation.identified import identify
-from flexhex.diagnosis.estimation.inverse import left_out
+from flexhex.diagnosis.estimation.inverse import inverse_model, left_out
 from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.hypotheses.scales import Scales
 from flexhex.diagnosis.kinds import ROTARY
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import MachineError, UsageError
+from flexhex.fmus.inverse.equations import added, signals
 from tests.compare import assert_close
 from tests.conftest import ROOT
 from tests.diagnosis.single import SECONDS, TS, moved, wanted
@@ -29,11 +31,11 @@ FORCE, RATIO = 1.5, 1.25
 """Of the hidden spring: nothing of the grid of the example."""
 
 
-def spring(theta: Array) -> Array:
+def spring(theta: Array, force: float = FORCE, ratio: float = RATIO) -> Array:
     """Its torque (samples,), by its length's derivative."""
     step = 1e-6
-    sides = [np.sqrt(1 + RATIO**2 - 2 * RATIO * np.cos(theta + s)) for s in (step, -step)]
-    return np.asarray(FORCE * (sides[0] - sides[1]) / (2 * step))
+    sides = [np.sqrt(1 + ratio**2 - 2 * ratio * np.cos(theta + s)) for s in (step, -step)]
+    return np.asarray(force * (sides[0] - sides[1]) / (2 * step))
 
 
 def written(folder: Path, hidden: float) -> list[Path]:
@@ -67,16 +69,23 @@ def test_example_is_named_with_its_size_and_shape(tmp_path: Path) -> None:
         # an error of the form that moves the ratio moves the force with it
         assert high - low < {"F": 0.5, "ratio": 0.2}[name] * value
     assert effect.parameters["F"].unit == "N m"
-    # and fitted with all other parameters, but in no FMU
+    # and fitted with all other parameters
     runs, data = sorted(tmp_path.glob("*.csv")), diagnosis.data()
     extras = extras_of(data, "the diagnosis", own_effects([own]))
     identified = identify(runs, options=Options("axis"), more=extras)
     # a spring of the axis acts much like its weight on this stroke: one of them is held
     for name, value in (("F", FORCE), ("ratio", RATIO)):
         assert identified[f"gas_spring.{name}[1]"].estimate.value == pytest.approx(value, rel=0.02)
-    assert left_out(extras) == [
-        "gas_spring of axis 1 is not in the FMU: it is your own, in NumPy, of which no C is made"
-    ]
+    # and compiled, with its shape as a parameter
+    assert left_out(extras) == []
+    model, theta = inverse_model(identified), ca.SX.sym("theta")
+    p = ca.DM([one.value for one in model.parameters])
+    tau = added(model, signals(theta, *ca.SX.zeros(3).elements()), ca.SX.zeros(1), p)
+    at = np.linspace(-0.5, 0.5, 7)
+    compiled = np.array(ca.Function("tau", [theta], [tau])(at)).ravel()
+    found = {one.name: one.value for one in model.parameters}
+    wanted = spring(at, found["gas_spring.F[1]"], found["gas_spring.ratio[1]"])
+    assert_close(compiled, wanted, atol=1e-8)  # of the difference of the length
     (note,) = extras_of(data, "the diagnosis").notes
     assert note.endswith("if it is your own, name its file, --effect FILE.py:NAME")
 
@@ -124,7 +133,7 @@ def test_what_is_no_effect_is_refused(case: str, tmp_path: Path) -> None:
 def test_files_that_are_not_there_and_axes_that_are_not_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"--effect .*none.py.*no such file"):
         own_effects([str(tmp_path / "none.py:Mine")])
-    with pytest.raises(UsageError, match=r"write FILE.py:NAME"):
+    with pytest.raises(UsageError, match=r"FILE.py:NAME"):
         own_effects(["gas_spring"])
     with pytest.raises(UsageError, match="two effects gas_spring"):
         own_effects([f"{EXAMPLE}:GasSpring"] * 2)
@@ -138,9 +147,9 @@ def test_columns_have_all_axes_and_one_gain_may_be_flat(tmp_path: Path) -> None:
     file = tmp_path / "effect.py"
     file.write_text(FEW.format("pass", "", "axis.others[1].theta * axis.thetad"))
     effect = own_effects([f"{file}:Mine"])["mine"]
-    signals = np.random.default_rng(1).standard_normal((5, 18))  # the axis, then both
-    (columns,) = effect.along(signals, np.zeros((5, 1)), np.zeros((5, 1)))
-    assert_close(columns, (signals[:, 12] * signals[:, 1])[:, None], atol=0.0)
+    given = np.random.default_rng(1).standard_normal((5, 18))  # the axis, then both
+    (columns,) = effect.along(given, np.zeros((5, 1)), np.zeros((5, 1)))
+    assert_close(columns, (given[:, 12] * given[:, 1])[:, None], atol=0.0)
 
 
 def test_values_to_try_are_taken_as_they_stand(tmp_path: Path) -> None:

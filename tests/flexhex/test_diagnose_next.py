@@ -58,13 +58,12 @@ def test_fmu_has_the_geometry_of_the_file() -> None:
     assert "--tolerance mass=0.1 --base" in command
 
 
-def test_effect_is_written_where_the_base_model_can_have_it() -> None:
-    """Those of the library are for machine files; a robot's or an axis' effect is a file."""
-    assert "docs/diagnose.md, Adding an effect" in next_steps(UNKNOWN, INVOCATION)[0][0]
+def test_effect_of_ones_own_is_written_for_any_base_model() -> None:
     words = ("flexhex", "diagnose", "a.csv", "--base", "axis")
-    text, command = next_steps(UNKNOWN, Invocation(words, "axis"))[0]
-    assert "docs/own-effect.md" in text
-    assert command == "flexhex init effect.py"
+    for invocation in (INVOCATION, Invocation(words, "axis")):
+        text, command = next_steps(UNKNOWN, invocation)[0]
+        assert "docs/own-effect.md" in text
+        assert command == "flexhex init effect.py"
 
 
 def test_logs_that_are_wrong_need_no_other_motion() -> None:

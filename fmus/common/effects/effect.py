@@ -148,6 +148,7 @@ class Effect:
               error is made when it is compared with another exact effect
     varied    real ones differ from the form by a good part, with load, temperature, place: more may
               be left beside one that has its name
+    origin    where a user's own one is from, as a machine file calls it; "": the library's
     usual     size, relative to the torque's RMS, that every machine may have of it: no finding
     """
 
@@ -175,6 +176,7 @@ class Effect:
     exact: bool = False
     varied: bool = False
     usual: float = 0.0
+    origin: str = ""
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""

@@ -7,20 +7,26 @@
     F_c = { value = [0.05, 0.04], unit = "N m", source = "diagnosed", ci95 = [0.04, 0.06] }
     s_0 = { value = 0.002, unit = "rad", source = "assumed" }
 
-A gain has one value for all its axes or one for each, a shape has one.
+A gain has one value for all its axes or one for each, a shape has one. An effect of the user's own
+has `id = "gas_spring.py:GasSpring"`, seen from the machine file, or the name that an installed
+package offers.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from hashlib import sha256
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from flexhex.fmus.common.effects import Effect, Gain, Shape, library
+from flexhex.fmus.common.effects.own import OwnEffect, own_effect
+from flexhex.fmus.common.errors import FlexhexError
 from flexhex.fmus.common.machine.quantity import quantity
 from flexhex.fmus.common.machine.sections import Section
+from flexhex.fmus.common.user_code import EFFECT_GROUP, offered, split
 
 _KEYS = ("id", "axes", "parameters")
 
@@ -28,14 +34,20 @@ _KEYS = ("id", "axes", "parameters")
 class EffectUse(Section):
     """One effect on some axes (from 1; none where it belongs to the whole machine).
 
-    gains: a row for each gain, a value for each axis; shapes: a value for each shape; both in
-    the order and units of the library.
+    id: of the library, `FILE.py:NAME` of the user's own as seen from the machine file, or of a
+    package. gains: a row for each gain, a value for each axis; shapes: a value for each shape; both
+    in the order and units of the effect.
     """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
 
     id: str
     axes: tuple[Annotated[int, Field(ge=1, strict=True)], ...] = ()
     gains: tuple[tuple[float, ...], ...]
     shapes: tuple[float, ...]
+    own: Annotated[OwnEffect | None, Field(repr=False, exclude=True)] = None
+    made_of: Annotated[str, Field(exclude=True)] = ""
+    """Of a user's own: hash of the expression that FMUs get, a part of what they are kept under."""
 
     @staticmethod
     def of(id: str, axes: Sequence[int] = (), **values: float | Sequence[float]) -> EffectUse:
@@ -52,8 +64,8 @@ class EffectUse(Section):
 
     @property
     def effect(self) -> Effect:
-        """The effect of the library."""
-        return library()[self.id]
+        """The effect of the library, or the user's own."""
+        return self.own or library()[self.id]
 
     @property
     def shape(self) -> dict[str, float]:
@@ -80,16 +92,36 @@ class EffectUse(Section):
                 raise ValueError(f"parameters.{name}: {effect.id} has only {_text(names)}")
         gains = [_gain(gain, tables[gain.name], max(1, len(axes))) for gain in effect.gains]
         shapes = [_shape(shape, tables[shape.name]) for shape in effect.shapes]
-        return {"id": effect.id, "axes": axes, "gains": gains, "shapes": shapes}
+        read = {"id": effect.id, "axes": axes, "gains": gains, "shapes": shapes}
+        return read | (_own(effect, axes, shapes) if isinstance(effect, OwnEffect) else {})
 
 
 def _known(id: Any) -> Effect:
     effects: Mapping[str, Effect] = library()
     if id in effects:
         return effects[id]
-    near = difflib.get_close_matches(str(id), effects, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else f"there are {_text(list(effects))}"
-    raise ValueError(f"there is no effect {id!r}, {hint}")
+    packages = offered(EFFECT_GROUP)
+    if isinstance(id, str) and (split(id) or id in packages):
+        try:
+            return own_effect(id, "id =")
+        except FlexhexError as error:
+            raise ValueError(str(error)) from error
+    near = difflib.get_close_matches(str(id), [*effects, *packages], n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"there are {_text([*effects, *packages])}"
+    raise ValueError(f'there is no effect {id!r}, {hint}; one of your own is "FILE.py:NAME"')
+
+
+def _own(effect: OwnEffect, axes: Sequence[Any], shapes: Sequence[float]) -> dict[str, Any]:
+    """The user's effect and the hash of its expression. ValueError where it cannot be built."""
+    strange = [axis for axis in axes if effect.on and axis not in effect.on]
+    if strange:
+        raise ValueError(f"axes: {strange[0]}, {effect.id} is for {_text(map(str, effect.on))}")
+    names = [shape.name for shape in effect.shapes]
+    try:
+        made = effect.function(dict(zip(names, shapes, strict=True)))
+    except FlexhexError as error:
+        raise ValueError(str(error)) from error
+    return {"own": effect, "made_of": sha256(made.serialize().encode()).hexdigest()[:16]}
 
 
 def _axes(effect: Effect, axes: Any) -> list[int]:
@@ -130,5 +162,5 @@ def _plain(value: float | Sequence[float]) -> Any:
     return float(value) if isinstance(value, (int, float)) else [float(v) for v in value]
 
 
-def _text(names: Sequence[str]) -> str:
+def _text(names: Iterable[str]) -> str:
     return ", ".join(names)

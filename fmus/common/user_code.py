@@ -1,28 +1,31 @@
-"""Where a user's base model comes from: `FILE.py:NAME`, or an installed package's entry point.
+"""Where what a user wrote in Python comes from: `FILE.py:NAME`, or a package's entry point.
 
 [project.entry-points."flexhex.bases"]
 delta = "my_package.delta:Delta"
+
+[project.entry-points."flexhex.effects"]
+gas_spring = "my_package.springs:GasSpring"
 """
 
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 
-from flexhex.diagnosis.basemodels.own import NEEDED, error_line
 from flexhex.fmus.common.errors import FlexhexError, MachineError, UsageError
 
-GROUP = "flexhex.bases"
-"""Group of entry points whose names `--base` takes."""
+BASE_GROUP, EFFECT_GROUP = "flexhex.bases", "flexhex.effects"
+"""Groups of entry points: names that `--base` takes, and `--effect` and machine files."""
 
 
-def offered() -> dict[str, EntryPoint]:
-    """Base models of installed packages by name."""
-    return {entry.name: entry for entry in entry_points(group=GROUP)}
+def offered(group: str) -> dict[str, EntryPoint]:
+    """What installed packages offer in a group, by name."""
+    return {entry.name: entry for entry in entry_points(group=group)}
 
 
 def split(text: str) -> tuple[Path, str] | None:
@@ -33,22 +36,30 @@ def split(text: str) -> tuple[Path, str] | None:
     return (Path(text), "") if text.endswith(".py") else None
 
 
-def refuse_missing(file: Path, text: str, option: str = "--base") -> None:
-    """UsageError for a file of `--base` or `--effect` that is not there."""
+def absolute(text: str, folder: Path) -> str:
+    """`FILE.py:NAME`, seen from a folder, with its whole path; any other text as it is."""
+    place = split(text)
+    return f"{(folder / place[0]).resolve().as_posix()}:{place[1]}" if place else text
+
+
+def relative(text: str, folder: Path) -> str:
+    """`FILE.py:NAME` as it is seen from a folder; any other text as it is."""
+    place = split(text)
+    if place is None:
+        return text
+    return f"{Path(os.path.relpath(place[0].resolve(), folder.resolve())).as_posix()}:{place[1]}"
+
+
+def refuse_missing(file: Path, text: str, option: str) -> None:
+    """UsageError for a file of an option, or of a key of a machine file, that is not there."""
     if not file.is_file():
         raise UsageError(
             f"{option} {text}: no such file {file}; `flexhex init {file}` writes an example"
         )
 
 
-def from_file(
-    file: Path,
-    name: str,
-    needed: Sequence[str] = NEEDED,
-    option: str = "--base",
-    what: str = "base model",
-) -> object:
-    """The model NAME of FILE.py; a class or function is called without arguments.
+def from_file(file: Path, name: str, needed: Sequence[str], option: str, what: str) -> object:
+    """The object NAME of FILE.py; a class or function is called without arguments.
 
     needed: members by which one is known; option, what: how messages call it.
 
@@ -64,15 +75,14 @@ def from_file(
     return instance_of(getattr(module, name), f"{file}:{name}", str(file.resolve()))
 
 
-def from_package(entry: EntryPoint) -> object:
-    """The model of an entry point. MachineError when its package cannot be loaded."""
+def from_package(entry: EntryPoint, what: str) -> object:
+    """The object of an entry point; what: how messages call it. MachineError when its package
+    cannot be loaded."""
     try:
         model = entry.load()
     except Exception as error:
-        raise MachineError(
-            f"base model {entry.name} ({entry.value}): {error_line(error)}"
-        ) from error
-    return instance_of(model, f"base model {entry.name}")
+        raise MachineError(f"{what} {entry.name} ({entry.value}): {error_line(error)}") from error
+    return instance_of(model, f"{what} {entry.name}")
 
 
 def instance_of(model: object, name: str, file: str = "") -> object:
@@ -87,6 +97,17 @@ def instance_of(model: object, name: str, file: str = "") -> object:
         raise MachineError(
             f"{name}: called without arguments, it fails: {error_line(error, file)}"
         ) from error
+
+
+def error_line(error: BaseException, file: str = "") -> str:
+    """An error of a user's code in a line: where in the file it was raised (last, or in `file`)."""
+    at, trace = 0, error.__traceback__
+    while trace is not None:
+        if not file or trace.tb_frame.f_code.co_filename == file:
+            at = trace.tb_lineno
+        trace = trace.tb_next
+    where = f" (line {at})" if at else ""
+    return f"{type(error).__name__}: {error}{where}"
 
 
 def _run(file: Path) -> ModuleType:
