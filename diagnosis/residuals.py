@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,3 +117,23 @@ def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:
     what = "an offset or slope of whole runs is"
     what = what if len(sizes) == 1 else "offsets or slopes of whole runs are"
     return [f"{axes_named(sizes)}: {what} left, {listed}: {why}"]
+
+
+def unseen(residual: Residual, told: Collection[int]) -> list[str]:
+    """A sentence on the axes on which the held-out runs repeat more than all that does not repeat,
+    and more of their torque than the runs of the fit do, or none. told: axes (from 0) of which
+    something is said already."""
+    held_out, sizes = residual.held_out, dict[int, float]()
+    for i in {*range(len(residual.units))} - {*told} if "non_repeatable" in held_out else ():
+        noise, torque = held_out["non_repeatable"][i], held_out["torque"][i]
+        left = float(np.sqrt(max(held_out["after"][i] ** 2 - noise**2, 0.0)))
+        shown = residual.repeatable_after[i] / residual.torque[i]
+        if left > max(noise, torque * max(USUAL.smallest_rest, shown)):
+            sizes[i] = left
+    if not sizes:
+        return []
+    listed = ", ".join(f"{left:.2g} {residual.units[i]}" for i, left in sizes.items())
+    return [
+        f"{axes_named(sizes)}: the held-out runs leave {listed} that repeats and that the runs of"
+        " the fit do not show: give some of them as runs of the fit, too"
+    ]

@@ -1,10 +1,13 @@
-"""What a residual says beside its figures: offsets of whole runs that no search looks at."""
+"""What a residual says beside its figures: offsets of whole runs that no search looks at, and what
+held-out runs alone show."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from flexhex.diagnosis.residuals import slow
+from flexhex.diagnosis.residuals import slow, unseen
 from flexhex.diagnosis.result.verdict import Residual
 
 NON_REPEATABLE = np.array([0.1, 0.1])
@@ -33,3 +36,19 @@ def test_offsets_of_several_axes_are_one_sentence() -> None:
     (text,) = slow(both, {0: 0.3, 1: 0.0})
     what = "offsets or slopes of whole runs are left, 0.4 N m, 0.3 N m:"
     assert text.startswith(f"axes 1 and 2: {what}")
+
+
+def test_what_held_out_runs_alone_show_is_reported() -> None:
+    plain = residual(repeats=0.02)
+    judged = {
+        "torque": plain.torque,
+        "after": np.array([0.5, 0.1]),
+        "non_repeatable": np.full(2, 0.1),
+    }
+    (text,) = unseen(replace(plain, held_out=judged), [])
+    assert text.startswith("axis 1: the held-out runs leave 0.49 N m that repeats")
+    assert not unseen(replace(plain, held_out=judged), [0]), "it is said already"
+    assert not unseen(replace(residual(repeats=0.6), held_out=judged), []), "the fit shows as much"
+    judged["non_repeatable"] = np.array([0.4, 0.1])
+    assert not unseen(replace(plain, held_out=judged), []), "noise"
+    assert not unseen(plain, []), "no held-out runs"
