@@ -16,16 +16,17 @@ def remembered() -> Iterator[None]:
     """The base model's fit, and the scores of an axis beside what was accepted before, are computed
     once."""
     workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
+    mechanism: Any = importlib.import_module("flexhex.diagnosis.mechanism")
     search: Any = importlib.import_module("flexhex.diagnosis.selection.search")
-    before = workflow.run_set_of, workflow.fitted, workflow.beside, search.effect_scores
+    before = workflow.run_set_of, workflow.fitted, mechanism.beside, search.effect_scores
     workflow.run_set_of = kept(workflow.run_set_of, lambda *given: ())
     workflow.fitted = kept(workflow.fitted, lambda *given: ())
-    workflow.beside = kept(workflow.beside, lambda fit: (id(fit.bench.model), *_key_of_fit(fit)))
+    mechanism.beside = kept(mechanism.beside, lambda fit: (id(fit.bench.model), *_key_of_fit(fit)))
     search.effect_scores = kept(search.effect_scores, key_of_scores)
     try:
         yield
     finally:
-        workflow.run_set_of, workflow.fitted, workflow.beside, search.effect_scores = before
+        workflow.run_set_of, workflow.fitted, mechanism.beside, search.effect_scores = before
 
 
 def kept(function: Function, key: Callable[..., Hashable]) -> Function:

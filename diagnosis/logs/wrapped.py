@@ -34,7 +34,7 @@ def unwrapped(
         turns = np.round(moved / TURN) * both
         turned, rest = turns != 0, np.abs(moved - TURN * turns) * both
         usual = float(rest[~turned].max(initial=0.0))
-        if not turned.any() or rest[turned].max() > usual or JUMP * usual > TURN:
+        if np.abs(turns).max(initial=0) != 1 or rest[turned].max() > usual or JUMP * usual > TURN:
             continue
         if kind.turns:
             values = values.copy()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis import workflow
+from flexhex.diagnosis import mechanism
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit import fit as fitting
 from flexhex.diagnosis.jointfit import guard
@@ -56,12 +56,12 @@ def searched(
         return SimpleNamespace(bench=bench, others=None, side=there, fit=found, left=rest)
 
     bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
-    monkeypatch.setattr(workflow, "Bench", bench)
-    monkeypatch.setattr(workflow, "found", side)
-    monkeypatch.setattr(workflow, "before_of", lambda model, others: model)
-    monkeypatch.setattr(workflow, "beside", lambda fit: models[models.index(fit.bench.model) + 1])
+    monkeypatch.setattr(mechanism, "Bench", bench)
+    monkeypatch.setattr(mechanism, "found", side)
+    monkeypatch.setattr(mechanism, "before_of", lambda model, others: model)
+    monkeypatch.setattr(mechanism, "beside", lambda fit: models[models.index(fit.bench.model) + 1])
     start: Any = models[0]
-    before, last = workflow._mechanism(start, [], [], lambda text: None)
+    before, last = mechanism.mechanism(start, [], [], lambda text: None)
     assert before is requests[0]  # type: ignore[comparison-overlap]
     assert last.fit.bench.model is requests[-1]
     return [float(m.fitted.widths[0]) for m in requests]
@@ -78,11 +78,11 @@ def test_width_that_stays_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> N
 def test_search_that_leaves_more_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """In twice the square; what leaves a little more may be the better model."""
     assert searched(monkeypatch, WIDTHS, left=(1.0, 1.5)) == [8e-3, 12e-3, 8e-3]
-    assert searched(monkeypatch, WIDTHS, left=(1.0, 1.3)) == WIDTHS[: workflow.SEARCHES]
+    assert searched(monkeypatch, WIDTHS, left=(1.0, 1.3)) == WIDTHS[: mechanism.SEARCHES]
 
 
 def test_search_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert searched(monkeypatch, WIDTHS) == WIDTHS[: workflow.SEARCHES]
+    assert searched(monkeypatch, WIDTHS) == WIDTHS[: mechanism.SEARCHES]
 
 
 @pytest.mark.parametrize(("geared", "count"), [((0,), 2), ((), 1)])

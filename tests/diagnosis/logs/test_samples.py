@@ -38,6 +38,14 @@ def test_angles_within_a_turn_go_on(tmp_path: Path) -> None:
     )
 
 
+def test_jump_of_several_turns_is_left_as_it_is(tmp_path: Path) -> None:
+    run = motion()
+    run["theta"][2000:, 1] += 10 * 2 * np.pi
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    assert not [found for found in log.findings if found.kind == "wrapped"]
+    np.testing.assert_allclose(log["theta"].values[:, 1], run["theta"][:, 1], atol=1e-6)
+
+
 def test_readings_that_froze_are_not_valid(tmp_path: Path) -> None:
     """They stand still to the last digit, and then jump to where the axis is; rest does not."""
     run = motion()
