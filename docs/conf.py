@@ -24,6 +24,7 @@ myst_heading_anchors = 4
 nb_execution_mode, nb_execution_in_temp = "force", True
 nb_execution_raise_on_error, nb_execution_timeout = True, 900
 nb_execution_show_tb = True
+nb_execution_excludepatterns = ["robot.ipynb"]  # shown as it is kept; a test runs it
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True  # as the code has them: a function has no other text that is short
@@ -38,6 +39,7 @@ def inside(text: str, folder: Path) -> str:
     folder: where the text stands, from which its links lead.
     """
     elsewhere = {(ROOT / file).resolve(): f"/{page}.md" for page, file in TAKEN.items()}
+    notebooks = {path.resolve(): path.stem for path in HERE.glob("*.ipynb")}
 
     def link(match: re.Match[str]) -> str:
         picture, words, target = match.groups()
@@ -45,6 +47,8 @@ def inside(text: str, folder: Path) -> str:
         if picture or "://" in target or not path:
             return match[0]
         full = (folder / path).resolve()
+        if full in notebooks:  # a link in docs/, which MyST would follow out of it
+            return f"{{doc}}`{words.strip('`')} </{notebooks[full]}>`"
         page = elsewhere.get(full)
         if page is None and full.is_relative_to(HERE) and full.suffix == ".md":
             page = f"/{full.relative_to(HERE)}"

@@ -14,17 +14,18 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
+from flexhex.diagnosis.estimation.excitation import excitation
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.found import extras_of, read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.identify import Fit, fit
+from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.estimation.plausible import listed_names
-from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs import read_log as read
+from flexhex.diagnosis.planning.trajectory import write_trajectory
 from flexhex.diagnosis.prepare import Options as Search
-from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Progress as DiagnosisProgress
 from flexhex.diagnosis.workflow import diagnose, silent
 from flexhex.fmus.common import machine_file as files
@@ -39,8 +40,10 @@ from flexhex.fmus.common.errors import (
     UsageError,
 )
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.python_arguments import listed, names, numbers, reading, text
-from flexhex.python_words import in_python
+from flexhex.identify.any_base import Targets
+from flexhex.python_arguments import listed, names, numbers, of_kind, reading, text
+from flexhex.python_words import in_python, translated
+from flexhex.shown import Diagnosis, Excitation, Identified, Written, shown
 from flexhex.simulation.builder import Builder
 from flexhex.ssp import results
 from flexhex.ssp.executor import Parameters, run
@@ -52,11 +55,12 @@ from flexhex.trajectory import variant
 File = str | Path
 Motors = str | Mapping[str, float | Sequence[float]]
 __all__ = [
-    "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "Identified",
-    "InterfaceError", "Log", "LogError", "Machine", "MachineError", "Result", "RunError",
-    "TrajectoryError", "UsageError", "build_model", "compare_results", "diagnose_runs",
-    "identify_parameters", "identify_runs", "load_machine", "load_result", "machine_file",
-    "parameter_names", "read_log", "save_result", "simulate_system", "with_trajectory",
+    "Build", "BuildError", "Comparison", "Diagnosis", "Excitation", "Fit", "FlexhexError",
+    "Identified", "InterfaceError", "Log", "LogError", "Machine", "MachineError", "Result",
+    "RunError", "TrajectoryError", "UsageError", "Written", "build_model", "compare_results",
+    "diagnose_runs", "identify_parameters", "identify_runs", "load_machine", "load_result",
+    "machine_file", "parameter_names", "plan_motion", "read_log", "save_identified", "save_result",
+    "simulate_system", "with_trajectory",
 ]  # fmt: skip
 
 
@@ -277,7 +281,45 @@ def identify_runs(
         more = extras_of(diagnosis.data(), "diagnosis", own_effects(own))
     elif diagnosis is not None:
         more = read_diagnosis(Path(text("diagnosis", diagnosis)), own_effects(own))
-    return identify(*known, None, options, settle, more=more)
+    return shown(Identified, identify(*known, None, options, settle, more=more))
+
+
+@in_python
+def save_identified(identified: Identified, path: File) -> Written:
+    """Write what was identified, by the ending: the robot's file with the new values (.urdf, .xml,
+    as the base is), all values with intervals (.csv, .json), or the inverse dynamics as an FMU for
+    feedforward (.fmu, docs/identify.md). Beside a robot's file a .json holds all values.
+
+    Raises UsageError for another ending, FlexhexError where it cannot be written, BuildError
+    without a C compiler, and MachineError for what cannot be written back or compiled.
+
+    >>> written = flexhex.save_identified(identified, "inverse.fmu")
+    >>> written.notes
+    """
+    found, file = of_kind("identified", identified, Identified), Path(text("path", path))
+    targets = Targets(fmu=file) if file.suffix == ".fmu" else Targets(file)
+    targets.check(found.base)
+    files, notes = targets.write(found)
+    if file.suffix == ".fmu":
+        notes = left_out(found.estimated.extras)
+    return Written(tuple(files), tuple(translated(note) for note in notes))
+
+
+@in_python
+def plan_motion(identified: Identified, path: File) -> Excitation:
+    """Write a motion (.csv) that would determine more, and say how much: it stays within the
+    positions, rates and accelerations of the runs.
+
+    Raises UsageError for another ending, FlexhexError where it cannot be written.
+
+    >>> planned = flexhex.plan_motion(identified, "next.csv")
+    >>> planned.motion.r.shape
+    """
+    found, file = of_kind("identified", identified, Identified), Path(text("path", path))
+    Targets(motion=file).check(found.base)
+    planned = excitation(found)
+    write_trajectory(planned.motion, file)
+    return shown(Excitation, planned)
 
 
 @in_python
@@ -320,7 +362,7 @@ def diagnose_runs(
     how, chosen = reading(torque_constant, units, rename, motor), names("joints", joints)
     own = names("effects", effects)
     options = Search(text("base", base), how, numbers("tolerance", tolerance), chosen, own)
-    return diagnose(*known, file, options, progress)
+    return shown(Diagnosis, diagnose(*known, file, options, progress))
 
 
 def compare_results(

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TypeGuard
+from typing import TypeGuard, TypeVar
 
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs.motor import Given, motor_option
 from flexhex.fmus.common.errors import UsageError
 
 File = str | Path
+T = TypeVar("T")
 
 
 def listed(name: str, logs: Sequence[Log | File]) -> list[Log | Path]:
@@ -43,6 +44,15 @@ def text(name: str, given: object) -> str:
     if not isinstance(given, str | Path):
         raise UsageError(f"{name} = {given!r}: must be a name or a path")
     return str(given)
+
+
+def of_kind(name: str, given: object, kind: type[T]) -> T:
+    """A result that another function gave. UsageError for anything else."""
+    if not isinstance(given, kind):
+        raise UsageError(
+            f"{name} is of type {type(given).__name__}: must be a flexhex.{kind.__name__}"
+        )
+    return given
 
 
 def numbers(name: str, given: Mapping[str, float] | None) -> Mapping[str, float]:

@@ -24,6 +24,9 @@ ARGUMENTS = {
     "diagnosis": "diagnosis",
     "machine": "machine",
     "held-out": "held_out",
+    "write": "path",
+    "fmu": "path",
+    "next": "path",
 }
 """What each option of the command line is called in Python."""
 OPTION = re.compile(rf"--({'|'.join(ARGUMENTS)})\b")
@@ -46,7 +49,8 @@ def in_python(function: Callable[P, T]) -> Callable[P, T]:
 
 def translated(text: str) -> str:
     """A sentence without options of the command line."""
-    return OPTION.sub(lambda option: ARGUMENTS[option[1]], PAIR.sub(_pair, text))
+    text = PAIR.sub(_pair, text.replace("with --fmu", "as an FMU"))
+    return OPTION.sub(lambda option: ARGUMENTS[option[1]], text)
 
 
 def _pair(found: re.Match[str]) -> str:

@@ -22,6 +22,7 @@ from tests.test_documents import blocks, commands, without_code
 
 DOCS = ROOT / "docs"
 PAGES = {str(path.relative_to(DOCS).with_suffix("")) for path in DOCS.rglob("*.md")}
+NOTEBOOKS = {path.stem for path in DOCS.glob("*.ipynb")}
 ROOTS = {"index", "decisions/index"}
 
 
@@ -55,7 +56,7 @@ def test_every_page_stands_in_one_list() -> None:
     assert len(listed) == len(set(listed))
     assert entries("decisions/index") == ["0*"]
     decisions = {page for page in PAGES if page.startswith("decisions/0")}
-    assert set(listed) | ROOTS | decisions == PAGES
+    assert set(listed) | ROOTS | decisions == PAGES | NOTEBOOKS
     assert decisions
 
 

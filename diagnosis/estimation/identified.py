@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.robot_more import tolerance_of
+from flexhex.diagnosis.estimation import predicted
 from flexhex.diagnosis.estimation.changes import loaded, loosened
 from flexhex.diagnosis.estimation.collinear import grouped, pruned
 from flexhex.diagnosis.estimation.determined import SURE, Seen
@@ -23,9 +24,8 @@ from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.prepare import Given, Options, misfit, run_set_of
-from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import LARGE
-from flexhex.diagnosis.runs.blocks import Run, torque_at
+from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.errors import LogError
 
@@ -69,8 +69,9 @@ def identify(
     progress("fitting the parameters", 1, 3)
     estimated, smoothed, said, out = _fitted(base, run_set.runs, more)
     progress("on held-out runs", 2, 3)
-    errors = _errors(estimated, estimated.model)
-    other = _errors(estimated, estimated.along(run_set.judged)) if run_set.judged else None
+    errors = predicted.errors(estimated, estimated.model)
+    judged = estimated.along(run_set.judged) if run_set.judged else None
+    other = predicted.errors(estimated, judged) if judged else None
     seen, (sums, together) = Seen(estimated), grouped(estimated, out)
     which = structure(estimated.model.base, estimated.model.blocks)
     names = [known.name for known in estimated.known]
@@ -92,6 +93,7 @@ def identify(
         *run_set.names,
         estimated,
         doubt,
+        predicted.strips(estimated, judged or estimated.model, judged is not None),
     )
 
 
@@ -125,20 +127,6 @@ def _plain(base: Base, placed: bool, settle: float | None) -> Base:
     if settle is not None:
         plain.settle = settle
     return plain
-
-
-def _errors(estimated: Estimated, there: Calibrated) -> Errors:
-    kept = [block.usable for block in there.blocks]
-
-    def rms(parts: Sequence[Array]) -> Array:
-        rows = np.concatenate([part[good] for part, good in zip(parts, kept, strict=True)])
-        return np.asarray(np.sqrt((rows**2).mean(axis=0)))
-
-    window, delay = there.base.window, there.fitted.delay
-    torque = rms([torque_at(block, window, delay) for block in there.blocks])
-    size = np.maximum(torque, np.finfo(float).tiny)
-    file = rms(there.residual(there.nominal))
-    return Errors(torque, file / size, rms(there.residual(estimated.q)) / size)
 
 
 def _attenuation(estimated: Estimated, deviation: Array) -> list[str]:

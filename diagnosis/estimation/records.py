@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.estimate import Estimated
 from flexhex.diagnosis.result.estimates import Estimate, Parameter
+from flexhex.diagnosis.result.pictured import Strip
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,9 @@ class Identified:
     parameters: all; combinations: base parameters of the mechanism, which torques can tell at all;
     silent: names of what no torque feels. on: errors on the runs, and on held-out ones. notes:
     sentences for the reader; findings: what the logs had. estimated: the fit. doubt: why the model
-    may not be this machine's.
+    may not be this machine's. strips: torque over time of each axis, of the first held-out run,
+    else of the first run: measured, `before` with the file's parameters and no friction, `after`
+    with the estimates.
     """
 
     base: str
@@ -56,6 +59,7 @@ class Identified:
     held_out_runs: tuple[str, ...]
     estimated: Estimated = field(repr=False)
     doubt: str = ""
+    strips: tuple[Strip, ...] = field(default=(), repr=False)
 
     def __getitem__(self, name: str) -> Parameter:
         """A parameter by its name. KeyError where there is none."""

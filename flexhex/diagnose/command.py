@@ -133,7 +133,8 @@ class Session:
                 diagnosis = self.added(diagnosis, self.file, runs, held_out, options.log)
         gc.unfreeze()
         from flexhex.diagnose.page import write_diagnosis
-        from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
+        from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis
+        from flexhex.output.parts import say
 
         written = write_diagnosis(diagnosis, self.invocation, [*runs, *held_out], self.page)
         data = diagnosis_json(diagnosis, written)

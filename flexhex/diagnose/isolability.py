@@ -13,9 +13,10 @@ from rich.console import Console
 from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.plots import heat
 from flexhex.diagnose.titles import title, where
-from flexhex.diagnose.view import say, table
+from flexhex.diagnose.view import titled
 from flexhex.diagnosis.planning.isolability import ALIKE, Isolability
 from flexhex.output.page import PageSection, write_page
+from flexhex.output.parts import Sentence, print_parts, say
 
 MOST_NAMES = 4
 
@@ -64,12 +65,10 @@ def verdict(isolability: Isolability) -> str:
 def print_isolability(isolability: Isolability, page: Path) -> None:
     """The answer in a line, the table, where the page is."""
     out = Console()
-    say(out, verdict(isolability), "bold")
-    out.print(
-        table(
-            "Effects that these trajectories could reveal", headings(isolability), rows(isolability)
-        )
+    told = titled(
+        "Effects that these trajectories could reveal", headings(isolability), rows(isolability)
     )
+    print_parts(out, [Sentence(verdict(isolability), "bold"), told])
     say(out, f"report   {page}")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console, Group
+from rich.console import Console
 
 from flexhex.diagnose.changes import allowed, felt
 from flexhex.diagnose.effects import EFFECTS, Rows, effect_rows, rivalry, undetermined
@@ -19,7 +19,7 @@ from flexhex.diagnose.numbers import number, percent
 from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
-from flexhex.output import tables
+from flexhex.output.parts import Part, Sentence, Titled, print_parts, say
 from flexhex.output.tables import Column, printed
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
@@ -38,29 +38,28 @@ def print_diagnosis(
 ) -> None:
     """Verdict, effects, rivals, parameters, residual, notes, findings, what to do next."""
     out = out or Console()
-    say(out, verdict(diagnosis), STYLES.get(diagnosis.verdict, "bold"))
-    if diagnosis.effects:
-        out.print(table("Effects that the model lacks", EFFECTS, effect_rows(diagnosis)))
-    for text in (*undetermined(diagnosis), *rivalry(diagnosis)):
-        say(out, text)
-    if diagnosis.changed:
-        rows = changed_rows(diagnosis)
-        out.print(table("Parameters that deviate from the machine file", CHANGED, rows))
-    if diagnosis.parameters:
-        out.print(table(PARAMETERS, IDENTIFIED, parameter_rows(diagnosis)))
-    if np.isfinite(diagnosis.residual.before).any():
-        out.print(
-            table(
-                residual_title(diagnosis.residual),
-                residual_columns(diagnosis.residual),
-                residual_rows(diagnosis),
-                total=bool(diagnosis.residual.unit),
-            )
-        )
-    for text in (*allowed(diagnosis), *shown_lines(diagnosis.shown), *remarks(diagnosis)):
-        say(out, text)
+    print_parts(out, diagnosis_parts(diagnosis))
     _print_findings(out, [readable(text) for text in diagnosis.findings])
     _print_steps(out, diagnosis, invocation)
+
+
+def diagnosis_parts(diagnosis: Diagnosis) -> list[Part]:
+    """Verdict, effects, rivals, parameters, residual and notes, part by part."""
+    parts: list[Part] = [Sentence(verdict(diagnosis), STYLES.get(diagnosis.verdict, "bold"))]
+    if diagnosis.effects:
+        parts.append(titled("Effects that the model lacks", EFFECTS, effect_rows(diagnosis)))
+    parts += map(Sentence, (*undetermined(diagnosis), *rivalry(diagnosis)))
+    if diagnosis.changed:
+        rows = changed_rows(diagnosis)
+        parts.append(titled("Parameters that deviate from the machine file", CHANGED, rows))
+    if diagnosis.parameters:
+        parts.append(titled(PARAMETERS, IDENTIFIED, parameter_rows(diagnosis)))
+    residual = diagnosis.residual
+    if np.isfinite(residual.before).any():
+        columns, rows = residual_columns(residual), residual_rows(diagnosis)
+        parts.append(titled(residual_title(residual), columns, rows, bool(residual.unit)))
+    lines = (*allowed(diagnosis), *shown_lines(diagnosis.shown), *remarks(diagnosis))
+    return [*parts, *map(Sentence, lines)]
 
 
 def print_applied(diagnosis: Diagnosis, report: Path, invocation: Invocation) -> None:
@@ -72,11 +71,6 @@ def print_applied(diagnosis: Diagnosis, report: Path, invocation: Invocation) ->
         say(out, f"machine  {diagnosis.machine}")
     _print_steps(out, diagnosis, invocation)
     say(out, f"report   {report}")
-
-
-def say(out: Console, text: str, style: str | None = None) -> None:
-    """A line that is text alone, however long."""
-    out.print(text, style=style, markup=False, highlight=False, soft_wrap=style is None)
 
 
 def changed_rows(diagnosis: Diagnosis) -> Rows:
@@ -209,13 +203,13 @@ def _print_steps(out: Console, diagnosis: Diagnosis, invocation: Invocation) -> 
             say(out, f"    {words}")
 
 
-def table(
+def titled(
     heading: str, names: Sequence[str], rows: Sequence[Sequence[str]], total: bool = False
-) -> Group:
+) -> Titled:
     """A table of texts; columns of words stand left. total: a line before the last row."""
     words = ("effect", "where", EFFECTS[2], "parameter", "unit", "axis", "indistinguishable from")
     columns = [Column(name, name, right=name not in words, fold=True) for name in names]
-    return tables.table(heading, columns, [dict(zip(names, r, strict=True)) for r in rows], total)
+    return Titled(heading, columns, [dict(zip(names, r, strict=True)) for r in rows], total)
 
 
 def diagnosis_json(diagnosis: Diagnosis, report: Path) -> str:

@@ -15,7 +15,7 @@ from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.planning.trajectory import write_trajectory
 from flexhex.diagnosis.prepare import Options
-from flexhex.identify.other import identified_json, print_excitation, print_identified, say
+from flexhex.identify.other import identified_json, print_excitation, print_identified
 from flexhex.identify.write_other import (
     checked_fmu,
     checked_motion,
@@ -23,6 +23,7 @@ from flexhex.identify.write_other import (
     write_identified,
 )
 from flexhex.output.live import live
+from flexhex.output.parts import say
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,14 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 
-from rich.console import Console
-
 from flexhex.diagnose.numbers import number
 from flexhex.diagnose.titles import capital, effort, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.result.estimates import Parameter, summed
 from flexhex.identify.view import with_deviation
-from flexhex.output.tables import Column, Value, console, printed, table
+from flexhex.output.parts import Part, Sentence, Titled, print_parts
+from flexhex.output.tables import Column, Value, console, printed
 
 NARROWED = 10
 """Sums that are shown of what a motion would narrow."""
@@ -49,46 +48,59 @@ def identified_json(
 
 def print_excitation(more: Excitation) -> None:
     """What one more run is expected to narrow, the most of it."""
+    print_parts(console(), excitation_parts(more))
+
+
+def excitation_parts(more: Excitation) -> list[Part]:
+    """The same, part by part."""
     rows: list[Mapping[str, Value]] = []
     for one, share in more.narrowed[:NARROWED]:
         low, high = one.estimate.ci95
         wide = max(high - one.estimate.value, (high - low) / 2)
         rows.append({"name": short(one.terms), "now": wide, "then": share * wide,
                      "unit": printed(one.estimate.unit)})  # fmt: skip
-    out = console()
-    out.print(table("One more run, along the motion written", NARROWER, rows))
-    say(out, "It stays within the positions, rates and accelerations of the logs. Collisions are"
-        " not checked.")  # fmt: skip
+    within = "It stays within the positions, rates and accelerations of the logs."
+    return [
+        Titled("One more run, along the motion written", NARROWER, rows),
+        Sentence(f"{within} Collisions are not checked."),
+    ]
 
 
 def print_identified(identified: Identified, every: bool = False) -> None:
     """Parameters, sums that the runs determine, errors. every: what they do not determine too."""
-    out = console()
+    print_parts(console(), identified_parts(identified, every))
+
+
+def identified_parts(
+    identified: Identified, every: bool = False, rest: str = " (--all shows them)"
+) -> list[Part]:
+    """The same, part by part; rest: where the parameters are that it leaves out."""
+    parts: list[Part] = []
     if identified.doubt:
-        say(out, f"{capital(readable(identified.doubt))}\n")
-    _print(out, "Parameters", identified.parameters, every)
+        parts.append(Sentence(f"{capital(readable(identified.doubt))}\n"))
+    parts += _parameters("Parameters", identified.parameters, every)
     single = {one.name for one in identified.parameters}
     sums = [one for one in identified.combinations if one.name not in single]
     if sums:
-        _print(out, "Base parameters: sums that act as one", sums, every)
+        parts += _parameters("Base parameters: sums that act as one", sums, every)
     hidden = [one for one in identified.parameters if not one.determined]
     if hidden and not every:
         near = " and stay near the file's values" if _has_file(identified) else ""
-        say(
-            out,
-            f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by these"
-            f" motions by themselves{near} (--all shows them).",
+        parts.append(
+            Sentence(
+                f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by"
+                f" these motions by themselves{near}{rest}."
+            )
         )
     if identified.silent:
-        say(out, f"No torque depends on {_listed(identified.silent)}.")
+        parts.append(Sentence(f"No torque depends on {_listed(identified.silent)}."))
     low, high = identified.delay.ci95
     if not low <= 0 <= high:
-        say(out, late(identified.delay.value))
-    _print_errors(out, identified)
-    for text in identified.findings:
-        say(out, f"finding: {readable(text)}")
-    for text in identified.notes:
-        say(out, f"note: {readable(text)}")
+        parts.append(Sentence(late(identified.delay.value)))
+    parts.append(_errors(identified))
+    parts += [Sentence(f"finding: {readable(text)}") for text in identified.findings]
+    parts += [Sentence(f"note: {readable(text)}") for text in identified.notes]
+    return parts
 
 
 def late(delay: float) -> str:
@@ -97,21 +109,18 @@ def late(delay: float) -> str:
     return f"The torque channel {way} the angles {by}, or friction of another form looks like that."
 
 
-def say(out: Console, text: str) -> None:
-    """A plain line."""
-    out.print(text, markup=False, highlight=False, soft_wrap=True)
-
-
-def _print(out: Console, title: str, listed: Sequence[Parameter], every: bool) -> None:
+def _parameters(title: str, listed: Sequence[Parameter], every: bool) -> list[Part]:
     shown = [one for one in listed if every or one.determined]
+    parts: list[Part] = []
     if shown:
         rows = [_row(one, every) for one in shown]
         columns = [
             c for c in COLUMNS if c.key not in FROM_FILE or any(r[c.key] != "" for r in rows)
         ]
-        out.print(table(title, columns, rows))
+        parts.append(Titled(title, columns, rows))
     if any(not one.determined for one in shown):
-        say(out, "* not determined by these motions by itself")
+        parts.append(Sentence("* not determined by these motions by itself"))
+    return parts
 
 
 def _row(one: Parameter, every: bool) -> Mapping[str, Value]:
@@ -135,7 +144,7 @@ def short(terms: Sequence[tuple[str, float]]) -> str:
     return max((t for t in (*texts, summed(terms)) if len(t) <= WIDE), key=len, default=texts[0])
 
 
-def _print_errors(out: Console, identified: Identified) -> None:
+def _errors(identified: Identified) -> Titled:
     both: list[tuple[str, Errors]] = [("runs", identified.errors)]
     if identified.held_out is not None:
         both.append(("held out", identified.held_out))
@@ -151,7 +160,7 @@ def _print_errors(out: Console, identified: Identified) -> None:
         torque = f"{number(float(identified.errors.torque[i]))} {unit}"
         rows.append({"axis": str(i + 1), "torque": torque, **left})
     title = f"Share of the {called} that is left (RMS, of the {called} with its mean)"
-    out.print(table(title, columns, rows))
+    return Titled(title, columns, rows)
 
 
 def _has_file(identified: Identified) -> bool:

@@ -13,7 +13,7 @@ from studies.measured.sets import Measured
 
 Array = NDArray[np.float64]
 THRESHOLD = 0.02
-"""Of PySINDy, of columns of unit deviation [m/s2]."""
+"""Of PySINDy: RMS of the acceleration that a term makes [m/s2]; fainter ones are left out."""
 
 
 def sindy(measured: Measured) -> dict[str, Any] | None:
@@ -33,7 +33,8 @@ def sindy(measured: Measured) -> dict[str, Any] | None:
         )
 
     names = ("u", "1", "v", "sign v", "v |v|", "v^3", "q", "q^2", "q v")
-    X, size = library(parts[0]), np.abs(library(parts[0])).std(axis=0) + 1e-12
+    X = library(parts[0])
+    size = np.sqrt((X**2).mean(axis=0))
     optimizer = ps.STLSQ(threshold=THRESHOLD).fit(X / size, parts[0].a)
     w = np.ravel(optimizer.coef_) / size
     # a = w0 u + rest: the force is what the rest leaves of the acceleration
