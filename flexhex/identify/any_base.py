@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
 
+from flexhex.diagnose.next import shortened
 from flexhex.diagnosis.estimation.excitation import excitation
 from flexhex.diagnosis.estimation.found import read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
@@ -28,11 +30,13 @@ from flexhex.output.parts import say
 
 @dataclass(frozen=True)
 class Targets:
-    """Files to be written: the robot's file or a table, an FMU, a motion that determines more."""
+    """Files to be written: the robot's file or a table, an FMU, a motion that determines more, a
+    page."""
 
     values: Path | None = None
     fmu: Path | None = None
     motion: Path | None = None
+    page: Path | None = None
 
     def check(self, base: str) -> None:
         """UsageError or OutputError, before anything is computed."""
@@ -82,6 +86,12 @@ def identify_other(
     if write.motion is not None:
         planned = excitation(identified)
         written.append(write_trajectory(planned.motion, write.motion))
+    if write.page is not None:
+        from flexhex.identify.page import write_identified_page
+
+        command = shortened(("flexhex", *sys.argv[1:]))
+        files = [*logs, *held_out]
+        written.append(write_identified_page(write.page, identified, command, files))
     if as_json:
         print(identified_json(identified, [str(path) for path in written], planned))
     else:

@@ -12,7 +12,7 @@ from flexhex.arguments import DEFAULT_MACHINE, AsJson, machine_file_of
 from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options
 from flexhex.diagnose.options import once_each
 from flexhex.fmus.common.errors import UsageError
-from flexhex.identify.folder import target
+from flexhex.identify.folder import NAME, target
 from flexhex.log_options import Motor, Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def identify_command(
             "-o",
             metavar="FOLDER",
             help="write all of it into a folder: identified.json, of a robot's or a machine's file"
-            " identified.urdf (.xml, .toml)",
+            " identified.urdf (.xml, .toml), a page with plots (not of the hexapod)",
         ),
     ] = None,
     fmu: Annotated[
@@ -116,7 +116,7 @@ def identify_command(
     if base != "hexapod":
         from flexhex.identify.any_base import Targets, identify_other
 
-        targets = Targets(write, fmu, motion)
+        targets = Targets(write, fmu, motion, out / f"{NAME}.html" if out else None)
         identify_other(logs, validation, options, settle, targets, json, every, diagnosis)
         return
     if diagnosis is not None:

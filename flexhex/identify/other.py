@@ -85,7 +85,7 @@ def identified_parts(
         parts += _parameters("Base parameters: sums that act as one", sums, every)
     hidden = [one for one in identified.parameters if not one.determined]
     if hidden and not every:
-        near = " and stay near the file's values" if _has_file(identified) else ""
+        near = " and stay near the file's values" if has_file(identified) else ""
         parts.append(
             Sentence(
                 f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by"
@@ -163,7 +163,7 @@ def _errors(identified: Identified) -> Titled:
     return Titled(title, columns, rows)
 
 
-def _has_file(identified: Identified) -> bool:
+def has_file(identified: Identified) -> bool:
     """Whether anything was known of the parameters before."""
     return any(0 < one.tolerance < math.inf for one in identified.parameters)
 

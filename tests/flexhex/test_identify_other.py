@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -165,9 +166,14 @@ def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
 def test_out_is_a_folder_as_of_diagnose(runs: list[str], tmp_path: Path) -> None:
     """A file in its place is refused with the option that takes one."""
     words, out = ["identify", *runs[:2], "--base", BASE], tmp_path / "new" / "found"
-    done = RUN.invoke(app, [*words, "-o", str(out)])
+    done = RUN.invoke(app, [*words, "--held-out", runs[2], "-o", str(out)])
     assert done.exit_code == 0, done.output
-    assert json.loads((out / "identified.json").read_text())["parameters"]
+    data = json.loads((out / "identified.json").read_text())
+    assert data["parameters"]
+    page = (out / "identified.html").read_text()
+    assert re.search(r"of held-out runs the estimates leave [\d.]+( to [\d.]+)? %", page)
+    assert f"{Path(runs[2]).name}, a held-out run: measured" in page
+    assert all(one["name"] in page for one in data["parameters"] if one["determined"])
     for more, said in (
         (["--out", str(tmp_path / "a.json")], "must be a folder, as of `diagnose`"),
         (["--out", str(out), "--write", "a.csv"], "names the file already"),
