@@ -14,7 +14,7 @@ from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import Residual
 from flexhex.diagnosis.runs.blocks import Block, torque_rms
-from flexhex.diagnosis.runs.noise import measured
+from flexhex.diagnosis.runs.noise import line, measured
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.side import Side
 
@@ -102,11 +102,11 @@ def resting(residual: Residual) -> list[str]:
     ]
 
 
-def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:
+def slow(residual: Residual, steady: Array) -> list[str]:
     """A sentence on the axes on which offsets and slopes of whole runs repeat by more than all that
-    does not repeat, or none. rests: RMS of what repeats beside them, by axis (from 0)."""
+    does not repeat, or none. steady: RMS (n,) of what repeats beside them, see `levelled`."""
     sizes = dict[int, float]()
-    for i, rest in rests.items():
+    for i, rest in enumerate(steady):
         left = float(np.sqrt(max(residual.repeatable_after[i] ** 2 - rest**2, 0.0)))
         if left > max(residual.non_repeatable[i], USUAL.smallest_rest * residual.torque[i]):
             sizes[i] = left
@@ -117,6 +117,15 @@ def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:
     what = "an offset or slope of whole runs is"
     what = what if len(sizes) == 1 else "offsets or slopes of whole runs are"
     return [f"{axes_named(sizes)}: {what} left, {listed}: {why}"]
+
+
+def levelled(side: Side) -> Array:
+    """RMS (n,) of what repeats of what a side leaves, beside a straight line through each run."""
+    model, runs = side.fit.bench.model, list[Array]()
+    for block, kept, left in zip(model.blocks, model.kept, side.fit.residual, strict=True):
+        lines = [line(good) for good in (kept[:, None] & block.moves).T]
+        runs.append(left - np.stack([b @ (b.T @ v) for b, v in zip(lines, left.T, strict=True)], 1))
+    return repeat_rms(model, runs)[0]
 
 
 def unseen(residual: Residual, told: Collection[int]) -> list[str]:

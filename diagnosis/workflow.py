@@ -24,7 +24,7 @@ from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.mechanism import mechanism, steadily
 from flexhex.diagnosis.prepare import Given, Options, RunSet, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.residuals import before_of, residual_of, resting, slow, unseen
+from flexhex.diagnosis.residuals import before_of, levelled, residual_of, resting, slow, unseen
 from flexhex.diagnosis.result.changed import tolerated_of
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.laden import answered
@@ -124,7 +124,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
         before if main is settled else before_of(main.fit.bench.model, main.others), main
     )
     told = [rest.axis - 1 for rest in main.rests]
-    notes += [*slow(residual, main.left), *unseen(residual, told), *resting(residual)]
+    notes += [*slow(residual, levelled(main)), *unseen(residual, told), *resting(residual)]
     verdict = verdict_of(model, sides, named, changed, notes, run_set.coarse)
     if run_set.doubt and answered(settled.fit.bench.model.base, changed, run_set.runs):
         findings = tuple(text for text in run_set.findings if text != run_set.doubt)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint
@@ -44,9 +44,7 @@ LITTLE = 0.01
 class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
-    left: RMS of what repeats beside the offset and slope of runs, where no
-    effect without a name explains it [N m]. unconfirmed: an effect would fit, but there is no other
-    trajectory that could show it.
+    unconfirmed: an effect would fit, but there is no other trajectory that could show it.
     """
 
     fit: Joint
@@ -57,7 +55,6 @@ class Side:
     notes: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     rests: tuple[Rest, ...] = ()
-    left: Mapping[int, float] = field(default_factory=dict)
     unconfirmed: bool = False
 
     @property
@@ -126,8 +123,6 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         changed, poor = [], list(range(model.base.n))
         text = "would have to be at or below zero: something else is wrong, no parameter is named"
         notes.append(f"{', '.join(odd)} {text}")
-    fits = {rest.axis - 1 for rest in rests if rest.fitted}
-    left = {i: rest.size for i, rest in enumerate(selection.rest) if i not in fits}
     return Side(
         fit,
         others,
@@ -137,7 +132,6 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         tuple(notes),
         tuple(_candidates(selection)),
         tuple(rests),
-        {i: size * float(model.torque_rms[i]) for i, size in left.items()},
         bool(lost) and why == UNCONFIRMED,
     )
 

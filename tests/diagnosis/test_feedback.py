@@ -63,11 +63,11 @@ def arm(folder: Path, seed: int) -> Path:
     return plain_csv(folder / f"{seed}.csv", run, trajectory=str(seed))
 
 
-def swinging(folder: Path, seed: int, number: int) -> Path:
-    """A pass of J q'' with a damper and a spring in series on another inertia, which no effect of
-    the library is; passes differ in their motion by more than its noise."""
+def swinging(folder: Path, seed: int, number: int) -> tuple[Path, float]:
+    """A pass of J q'' with another inertia behind a damper, which no effect of the library is, and
+    what an axis without it leaves [N m]; passes differ in their motion by more than its noise."""
     t = np.arange(round(SECONDS / TS)) * TS
-    r, _, acceleration = moved(t, seed)
+    r, rate, acceleration = moved(t, seed)
     w, size = 3.0 + number, 0.006
     angle = r + size * np.sin(w * t)
     acceleration -= size * w**2 * np.sin(w * t)
@@ -77,7 +77,11 @@ def swinging(folder: Path, seed: int, number: int) -> Path:
     seen = angle + NOISE * rng.standard_normal(len(t))
     run = {"time": t, "theta": seen[:, None], "tau_meas": torque[:, None]}
     head = {"trajectory": str(seed), "pass": str(number)}
-    return plain_csv(folder / f"{seed}{number}.csv", run, **head)
+    whole = J * (acceleration + late)
+    terms = acceleration, rate, angle, np.sin(angle), np.cos(angle), np.gradient(whole)
+    axis = np.stack([*terms, np.ones_like(t)], axis=1)
+    left = whole - axis @ np.linalg.lstsq(axis, whole)[0]
+    return plain_csv(folder / f"{seed}{number}.csv", run, **head), float(np.sqrt((left**2).mean()))
 
 
 def answer(folder: Path, friction: float) -> Diagnosis:
@@ -106,8 +110,9 @@ def test_answer_of_an_arm_goes_through_its_inertia(planar: str, tmp_path: Path) 
 
 def test_what_passes_have_in_common_is_no_answer_to_noise(tmp_path: Path) -> None:
     """Passes that did not move alike have no products; what repeats is many times their noise."""
-    paths = [swinging(tmp_path, seed, number) for seed in (1, 2, 3) for number in (1, 2)]
-    diagnosis = diagnose(paths, options=AXIS)
+    runs = [swinging(tmp_path, seed, number) for seed in (1, 2, 3) for number in (1, 2)]
+    diagnosis = diagnose([path for path, _ in runs], options=AXIS)
     assert diagnosis.verdict == "unknown"
-    # a part of it was taken for an answer to noise, and what was left for an offset of runs
-    assert not any("offset or slope" in note for note in diagnosis.notes)
+    # each run by itself may fit a little better; a third of it was taken for an answer to noise before
+    (rest,) = diagnosis.remains
+    assert rest.rms > 0.9 * np.sqrt(np.mean([left**2 for _, left in runs]))
