@@ -113,6 +113,6 @@ def test_what_passes_have_in_common_is_no_answer_to_noise(tmp_path: Path) -> Non
     runs = [swinging(tmp_path, seed, number) for seed in (1, 2, 3) for number in (1, 2)]
     diagnosis = diagnose([path for path, _ in runs], options=AXIS)
     assert diagnosis.verdict == "unknown"
-    # each run by itself may fit a little better; a third of it was taken for an answer to noise before
+    # each run by itself may fit a little better; a part was taken for an answer to noise before
     (rest,) = diagnosis.remains
     assert rest.rms > 0.9 * np.sqrt(np.mean([left**2 for _, left in runs]))
