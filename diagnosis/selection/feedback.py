@@ -15,6 +15,7 @@ model instead.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
 
@@ -45,31 +46,27 @@ def noisy(rows: Rows) -> bool:
 
 def answers(moments: Moments, score: Score | None, criteria: Criteria) -> list[Term]:
     """What feedback may answer, if it explains as much as an effect does, with the error of its
-    form, or if there is none; nothing where that repeats, as noise does not."""
+    form, or if there is none."""
     if score is not None and not isinstance(score.hypothesis, EffectHypothesis):
         return []
     terms = feedback(moments)
-    longer = reduce(Moments.extended, terms, moments)
-    if _repeats(longer, terms):
-        return []
     if score is None:
         return terms
-    gain = together(longer, terms)
+    gain = together(reduce(Moments.extended, terms, moments), terms)
     return terms if as_good(gain, score.gain, form_error(score, criteria), criteria) else []
 
 
-def _repeats(moments: Moments, terms: list[Term]) -> bool:
-    """Whether terms make more torque on an axis than what does not repeat between passes."""
+def repeating(moments: Moments, terms: Sequence[Term]) -> NDArray[np.bool_]:
+    """Axes (n,) on which terms of a model make more torque than what does not repeat between
+    passes: that is no answer to noise."""
     rows, q = moments.rows, moments.fit(None).q
-    if not rows.model.noise.repeats:
-        return False
     torque = np.zeros((rows.n, len(rows.y[0])))
     for term in terms:
         for axis, raw in term.raw.items():
             torque[axis] += raw @ q[moments.place(term)]
     levelled = [rows.level(axis, own) for axis, own in enumerate(torque)]
     size = [float(own @ own) / max(int(rows.moving[i].sum()), 1) for i, own in enumerate(levelled)]
-    return bool((np.sqrt(size) > rows.model.noise.rms).any())
+    return rows.model.noise.repeats & (np.sqrt(size) > rows.model.noise.rms)
 
 
 def feedback(moments: Moments) -> list[Term]:

@@ -17,6 +17,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.bars import bars_of, passes
 from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.feedback import repeating
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -134,11 +135,25 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
         before,
-        rest_of(moments),
+        _rest(search),
         tuple(rounds),
         bench,
         search,
         moved_gain(moments) + sum(moved),
+    )
+
+
+def _rest(search: Search) -> tuple[Rest, ...]:
+    """What is left of each axis; where nothing was accepted on it, with what was taken for an
+    answer of feedback to noise, if that repeats."""
+    rest, moments = rest_of(search.moments), search.moments
+    if not search.answered:
+        return rest
+    named = {a.score.hypothesis.axis for a in search.accepted}
+    with_answers = rest_of(moments.without(*search.answered))
+    mechanism = repeating(moments, search.answered)
+    return tuple(
+        with_answers[i] if mechanism[i] and i not in named else own for i, own in enumerate(rest)
     )
 
 
