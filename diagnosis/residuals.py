@@ -133,7 +133,9 @@ def unseen(residual: Residual, told: Collection[int]) -> list[str]:
     and more of their torque than the runs of the fit do, or none. told: axes (from 0) of which
     something is said already."""
     held_out, sizes = residual.held_out, dict[int, float]()
-    for i in {*range(len(residual.units))} - {*told} if "non_repeatable" in held_out else ():
+    if "non_repeatable" not in held_out:
+        return []
+    for i in (axis for axis in range(len(residual.units)) if axis not in told):
         noise, torque = held_out["non_repeatable"][i], held_out["torque"][i]
         left = float(np.sqrt(max(held_out["after"][i] ** 2 - noise**2, 0.0)))
         shown = residual.repeatable_after[i] / residual.torque[i]

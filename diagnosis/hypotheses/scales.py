@@ -24,7 +24,8 @@ TURNS, RATE, HERTZ = "1/rad", "rad/s", "Hz"
 FASTEST = 2.0
 """Periods within the smoothing window of the fastest mode that can be told: there its Hann weights
 have their first zero. Of a faster one they leave no resonance, and all that answers linearly to
-the acceleration looks alike."""
+the acceleration looks alike. Over the studies kept: with half as many a right mode is lost, with
+twice as many nothing changes; a wrong name had 12."""
 PERIODS = 1.0
 """Least periods of a wave over the stroke: of a part of one an axis sees a spring. With 1.5
 a ripple of 1.03 periods was not found."""

@@ -10,7 +10,9 @@ i, so that
 
 with a response H_j that nobody knows, fitted freely, band by band, real and imaginary parts. It
 competes with every effect: one that explains no more than this has no name, and this is in the
-model instead.
+model instead. Where this makes more torque than all that differs between passes, it is no answer to
+noise. It stays in the model, so that no effect is named in its place; an axis without a name
+reports it.
 """
 
 from __future__ import annotations
