@@ -119,7 +119,7 @@ class Bench:
             return []
         if effect.geared and not self.model.base.rotors:
             return []
-        listed = [self.scales.sized(name, axis, shape) for shape in item.shapes]
+        listed = [self.scales.sized(name, axis, shape) for shape in item.effect.grid]
         own = [shape for shape in listed if self.scales.possible(name, axis, shape)]
         return [shape for shape in own if effect.meets(axis + 1, self.n, shape)]
 
@@ -211,7 +211,9 @@ class Bench:
         kind = axis, item.alone, item.by_way, item.effect.entered, item.effect.geared, item.moved
         if kind not in self._halves:
             pairs = zip(self._inputs(item, axis), self.model.blocks, strict=True)
-            listed = [followed(item, own, b.run.motion, axis) for own, b in pairs]
+            listed = [
+                followed(item, own, b.run.motion, axis, self.model.base.window) for own, b in pairs
+            ]
             self._halves = {kind: [(signals, halved(item, signals)) for signals in listed]}
         return self._halves[kind]
 

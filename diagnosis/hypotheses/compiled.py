@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import product
 
 import casadi as ca
 import numpy as np
@@ -18,7 +17,7 @@ from flexhex.numeric.scan import ScanFunction, scans
 Array = NDArray[np.float64]
 N_SIGNAL = 6
 """theta, thetad, thetadd, tau, taud, time."""
-ACCELERATION = 2
+RATE, ACCELERATION = 1, 2
 TORQUES = slice(3, 5)
 """Places of a torque and its rate among them."""
 
@@ -55,13 +54,6 @@ class Compiled:
     def freedom(self) -> int:
         """How many numbers a fit of it may choose: gains and shapes, whole ones too."""
         return len(self.effect.gains) + sum(len(s.grid) > 1 for s in self.effect.shapes)
-
-    @property
-    def shapes(self) -> list[dict[str, float]]:
-        """The grid of its nonlinear parameters."""
-        names = [shape.name for shape in self.effect.shapes]
-        grids = [shape.grid or (shape.start,) for shape in self.effect.shapes]
-        return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
 
 def compiled(

@@ -6,22 +6,27 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 
 from flexhex.diagnosis.basemodels.base import Motion
-from flexhex.diagnosis.hypotheses.compiled import ACCELERATION, N_SIGNAL, Compiled
+from flexhex.diagnosis.hypotheses.compiled import ACCELERATION, N_SIGNAL, RATE, Compiled
 from flexhex.diagnosis.runs.blocks import Run
+from flexhex.fmus.filter.equations import hann
 from flexhex.numeric.rows import alike
 
 Array = NDArray[np.float64]
 
 
-def followed(item: Compiled, inputs: Array, motion: Motion, axis: int) -> Array:
-    """Signals (samples, signals) that states follow: angles without their noise where ways
-    count."""
+def followed(item: Compiled, inputs: Array, motion: Motion, axis: int, window: float) -> Array:
+    """Signals (samples, signals) that states follow: where ways count, angles without their noise,
+    and rates of the axis smoothed over a window [s]: the size of a rate is never that of noise."""
     if not item.by_way:
         return inputs
     signals = inputs.copy()
     signals[:, 0] = motion.steady[:, axis]
+    if motion.derived:
+        taps = hann(2 * max(round(window / motion.ts / 2), 1))
+        signals[:, RATE] = convolve1d(signals[:, RATE], taps, mode="nearest")
     if not item.alone:
         signals[:, N_SIGNAL::N_SIGNAL] = motion.steady
     return signals

@@ -148,6 +148,7 @@ def test_effect_advances_as_its_rate_says(effect: Effect) -> None:
     shape |= {"s_0": 5e-3} if "s_0" in shape else {}
     # at a rate that this motion does not rush through, so that its peak is one
     shape |= {"v_s": 0.2} if "v_s" in shape else {}
+    shape |= {"v_0": 0.05} if "v_0" in shape else {}
     before, middle, now = (ca.SX.sym(name, 6) for name in ("before", "middle", "now"))
     state, h = ca.SX.sym("state", len(effect.states)), Ts / fine
     then, between, there = (axis(ca.vertsplit(at)) for at in (before, middle, now))

@@ -94,6 +94,16 @@ WRONG = {
 }
 
 
+def test_shape_that_may_be_left_out_has_its_usual_value() -> None:
+    """Files from before friction could turn over within a rate mean what they meant."""
+    old = EffectUse.of("coulomb_friction", [1], F_c=0.05, s_0=0.002)
+    assert old.shape == {"s_0": 0.002, "v_0": 0.0}
+    wide = EffectUse.of("coulomb_friction", [1], F_c=0.05, s_0=0.002, v_0=0.03)
+    assert wide.shape["v_0"] == 0.03
+    with pytest.raises(ValueError, match="s_0: is missing"):
+        EffectUse.of("coulomb_friction", [1], F_c=0.05, v_0=0.03)
+
+
 def written(folder: Path, text: str) -> Path:
     path = machine_file(folder)
     path.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")

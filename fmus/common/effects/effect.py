@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any, Literal
 
 import casadi as ca
@@ -50,8 +51,8 @@ class Shape:
     seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
     numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
     it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
-    average; blended: real ones have several values at once, and
-    this is the main one.
+    average; blended: real ones have several values at once, and this is the main one; optional: a
+    machine file may leave it out, which means `start`.
     """
 
     name: str
@@ -68,6 +69,7 @@ class Shape:
     as_is: bool = False
     of_place: bool = False
     blended: bool = False
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -177,6 +179,13 @@ class Effect:
     varied: bool = False
     usual: float = 0.0
     origin: str = ""
+
+    @property
+    def grid(self) -> list[dict[str, float]]:
+        """Combinations of the shapes' values that are tried."""
+        names = [shape.name for shape in self.shapes]
+        grids = [shape.grid or (shape.start,) for shape in self.shapes]
+        return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 
-from flexhex.fmus.common import actuator
 from flexhex.fmus.common.effects.effect import (
     Effect,
     Experiment,
@@ -30,26 +30,55 @@ PRESLIDING = Shape(
     description="angle within which the torque turns over after a reversal",
     blended=True,
 )
+SMOOTH = Shape(
+    "v_0",
+    "rad/s",
+    low=0.0,
+    high=0.06,
+    start=0.0,
+    grid=(0.0, 0.003, 0.01, 0.03),
+    description="rate within which the torque turns over, as in a film of grease; 0 where left out",
+    optional=True,
+)
 STILL = 1e-12
 """Sum of rates [rad/s] at which nothing moves."""
 SLOW = Experiment("triangle", {"speed": 0.05, "amplitude": 0.19})
 
 
 class DryFriction(Effect):
-    """Dry friction with presliding: z follows the motion within an angle s_0, as Dahl has it."""
+    """Dry friction that turns over within an angle and within a rate.
+
+        z_0' = (thetad g - |thetad| z_0) / s_0,  g = tanh(|thetad| / v_0)
+
+    Presliding alone (v_0 = 0, g = 1) is Dahl's; a lubricated contact, and the friction of most
+    simulators, goes with tanh(thetad / v_0) (S. Andersson, A. Soederberg and S. Bjoerklund,
+    "Friction models for sliding dry, boundary and mixed lubricated contacts", Tribology
+    International 2007).
+    """
 
     states: tuple[State, ...] = (State("z_0", "1"),)
 
+    @property
+    def grid(self) -> list[dict[str, float]]:
+        """Turned over within one of both, and before a Stribeck rate: a contact that is wide in
+        both is a hysteresis beside friction."""
+        least = PRESLIDING.grid[0]
+        pairs = [(own, own["v_0"], own.get("v_s", math.inf)) for own in super().grid]
+        return [own for own, v, top in pairs if not v or (own["s_0"] == least and v < top)]
+
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return actuator.dahl_rate(state, s.thetad, shape["s_0"])
+        level = _level(s, shape) * s.thetad
+        return (level - ca.fabs(s.thetad) * state) / shape["s_0"]
 
     def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
-        """Exact for a step of one sign, whatever the rate does meanwhile."""
-        return actuator.dahl(state, now.theta - before.theta, shape["s_0"])
+        """Exact for a step of one sign and one g: its mean along the way."""
+        delta = now.theta - before.theta
+        level = ca.sign(delta) * _along(before, now, shape, _level)
+        return level + (state - level) * ca.exp(-ca.fabs(delta) / shape["s_0"])
 
 
 class CoulombFriction(DryFriction):
-    """F_c z_0, z_0' = (thetad - |thetad| z_0) / s_0: the sign of the motion after s_0.
+    """F_c z_0: the sign of the motion, after an angle s_0 and beyond a rate v_0.
 
     Real contacts give way a little before they slide; a wider s_0 is a hysteresis of its own.
     """
@@ -57,7 +86,7 @@ class CoulombFriction(DryFriction):
     id, title, acts_on = "coulomb_friction", "Coulomb friction", "torque"
     varied = True
     gains = (Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque"),)
-    shapes = (PRESLIDING,)
+    shapes = (PRESLIDING, SMOOTH)
     excites = "reversals of the motion at several angles; constant speeds between them"
     confused_with = ("stribeck_friction", "load_friction", "second_hysteresis")
     experiment = "slow triangle: long stretches of one speed, sharp reversals"
@@ -96,6 +125,7 @@ class StribeckFriction(DryFriction):
             description="Stribeck rate, below the usual one",
             closed=True,
         ),
+        SMOOTH,
     )
     states = (State("z_0", "1"), State("z_s", "1"))
     excites = "very slow motion beside fast motion"
@@ -109,19 +139,17 @@ class StribeckFriction(DryFriction):
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         way = ca.fabs(s.thetad) / shape["s_0"]
-        z_0 = actuator.dahl_rate(state[0], s.thetad, shape["s_0"])
-        return ca.vertcat(z_0, way * (_slow(s, shape) * state[0] - state[1]))
+        z_s = way * (_slow(s, shape) * state[0] - state[1])
+        return ca.vertcat(super().rate(s, state[0], shape), z_s)
 
     def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
-        """Exact for a step of one sign and one peak: its mean along the way (Simpson)."""
+        """Exact for a step of one sign, one g and one peak: their means along the way."""
         delta = now.theta - before.theta
-        sign, way = ca.sign(delta), ca.fabs(delta) / shape["s_0"]
-        seen, left = ((before, 1), (before.towards(now, 0.5), 4), (now, 1)), ca.exp(-way)
-        weights = [weight * ca.fabs(s.thetad) for s, weight in seen]
-        total = sum(w * _slow(s, shape) for w, (s, _) in zip(weights, seen, strict=True))
-        peak = total / ca.fmax(sum(weights), STILL)
-        z_s = (state[1] + peak * (state[0] - sign) * way) * left + peak * sign * (1 - left)
-        return ca.vertcat(actuator.dahl(state[0], delta, shape["s_0"]), z_s)
+        way = ca.fabs(delta) / shape["s_0"]
+        level = ca.sign(delta) * _along(before, now, shape, _level)
+        peak, left = _along(before, now, shape, _slow), ca.exp(-way)
+        z_s = (state[1] + peak * (state[0] - level) * way) * left + peak * level * (1 - left)
+        return ca.vertcat(super().advance(before, now, state[0], shape, Ts), z_s)
 
     def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
         return f"breakaway at {values['F_c'] + values['F_s']:.3g} {units['F_s']}"
@@ -130,6 +158,21 @@ class StribeckFriction(DryFriction):
 def _slow(s: Signals, shape: Shapes) -> Expr:
     """How slow it moves, from 1 at rest to 0."""
     return ca.exp(-((s.thetad / shape["v_s"]) ** 2))
+
+
+def _level(s: Signals, shape: Shapes) -> Expr:
+    """Share of its torque that dry friction has at a rate, 1 where that is beyond v_0."""
+    return ca.tanh(ca.fabs(s.thetad) / ca.fmax(shape["v_0"], STILL))
+
+
+def _along(
+    before: Signals, now: Signals, shape: Shapes, of: Callable[[Signals, Shapes], Expr]
+) -> Expr:
+    """Mean of a function of the rate along the way of a step (Simpson)."""
+    seen = (before, 1), (before.towards(now, 0.5), 4), (now, 1)
+    weights = [weight * ca.fabs(s.thetad) for s, weight in seen]
+    total = sum(w * of(s, shape) for w, (s, _) in zip(weights, seen, strict=True))
+    return total / ca.fmax(sum(weights), STILL)
 
 
 class LoadFriction(DryFriction):
@@ -142,7 +185,7 @@ class LoadFriction(DryFriction):
 
     id, title, acts_on = "load_friction", "load-dependent friction", "drive"
     gains = (Gain("mu", "1", 0.01, 0.0, 0.5, "friction torque per torque"),)
-    shapes = (PRESLIDING,)
+    shapes = (PRESLIDING, SMOOTH)
     excites = "reversals under loads that differ: other angles, another payload"
     confused_with = ("coulomb_friction",)
     experiment = "slow triangle with and without payload"

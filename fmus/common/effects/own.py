@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
@@ -167,8 +166,8 @@ class OwnEffect(Effect):
     def _try(self, n: int) -> None:
         rng = np.random.default_rng(0)
         inputs = 0.3 * rng.standard_normal((PROBE, (n + 1) * len(SIGNALS)))
-        for values in product(*(shape.grid for shape in self.shapes)):
-            fixed = np.tile(np.array([*values, 0.0][: max(1, len(values))]), (PROBE, 1))
+        for values in self.grid:
+            fixed = np.tile(np.array([*values.values(), 0.0][: max(1, len(values))]), (PROBE, 1))
             (columns,) = self.along(inputs, np.zeros((PROBE, 1)), fixed)
         if not columns.any():
             raise MachineError(f"{self.name}: columns are zero for any motion")

@@ -84,14 +84,18 @@ class EffectUse(Section):
         effect, tables = _known(data.get("id")), data["parameters"]
         axes = _axes(effect, data.get("axes"))
         names = [*(g.name for g in effect.gains), *(s.name for s in effect.shapes)]
+        usual = {s.name: s.start for s in effect.shapes if s.optional}
         for name in names:
-            if name not in tables:
+            if name not in tables and name not in usual:
                 raise ValueError(f"parameters.{name}: is missing; {effect.id} has {_text(names)}")
         for name in tables:
             if name not in names:
                 raise ValueError(f"parameters.{name}: {effect.id} has only {_text(names)}")
         gains = [_gain(gain, tables[gain.name], max(1, len(axes))) for gain in effect.gains]
-        shapes = [_shape(shape, tables[shape.name]) for shape in effect.shapes]
+        shapes = [
+            _shape(shape, tables[shape.name]) if shape.name in tables else usual[shape.name]
+            for shape in effect.shapes
+        ]
         read = {"id": effect.id, "axes": axes, "gains": gains, "shapes": shapes}
         return read | (_own(effect, axes, shapes) if isinstance(effect, OwnEffect) else {})
 

@@ -1,0 +1,37 @@
+"""Dry friction that turns over within a rate, as of a lubricated contact, is no delay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.workflow import Options, diagnose
+from tests.diagnosis import two_links
+from tests.diagnosis.synthetic import plain_csv
+from tests.diagnosis.test_payloads_arm import planar
+
+__all__ = ["planar"]
+COULOMB, RATE = 0.6, 0.03
+"""Friction torque [N m], and the rate within which it turns over [rad/s]."""
+
+
+def test_friction_that_turns_over_within_a_rate_leaves_nothing(planar: str, tmp_path: Path) -> None:
+    paths = []
+    for motion in (1, 2, 3):
+        for number in (1, 2):
+            run = two_links.run(motion, number, 0.0, (0.0, 0.0))
+            rate = two_links.moved(run["time"], motion)[1]
+            run["tau_meas"] += COULOMB * np.tanh(rate / RATE)
+            head = {"trajectory": str(motion), "pass": str(number)}
+            paths.append(plain_csv(tmp_path / f"{motion}{number}.csv", run, **head))
+    found = diagnose(paths, options=Options(base=planar))
+    (dry,) = found.effects
+    assert (dry.id, dry.axes) == ("coulomb_friction", (1, 2))
+    for axis in (1, 2):
+        assert dry.parameters[f"F_c[{axis}]"].value == pytest.approx(COULOMB, rel=0.03)
+        low, high = dry.parameters[f"v_0[{axis}]"].ci95
+        assert low < RATE < high
+    assert not any("delay" in text for text in found.findings)
+    assert (found.residual.repeatable_after < 0.01 * COULOMB).all()
