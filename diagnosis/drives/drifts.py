@@ -32,9 +32,7 @@ from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.firm import errors_of, firm
 from flexhex.diagnosis.selection.generic_scores import generic_score
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import (
-    ColumnsByAxis,
-)
+from flexhex.diagnosis.selection.hypothesis import ColumnsByAxis
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.side import Side

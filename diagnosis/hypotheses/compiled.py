@@ -52,8 +52,10 @@ class Compiled:
 
     @property
     def freedom(self) -> int:
-        """How many numbers a fit of it may choose: gains and shapes, whole ones too."""
-        return len(self.effect.gains) + sum(len(s.grid) > 1 for s in self.effect.shapes)
+        """How many numbers a fit of it may choose: gains and shapes, whole ones too, but for those
+        that may be left out."""
+        shapes = [s for s in self.effect.shapes if len(s.grid) > 1 and not s.optional]
+        return len(self.effect.gains) + len(shapes)
 
 
 def compiled(

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import log
 
+from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Plainly = Callable[[Score], Score]

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.bars import form_error
+from flexhex.diagnosis.selection.changed import Axis
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.form import Space, space_of_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.scores import Score, torque_beyond
 

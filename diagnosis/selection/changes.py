@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import log_evidence, turned_to
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import Score
 

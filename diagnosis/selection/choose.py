@@ -18,15 +18,12 @@ from flexhex.diagnosis.selection.bars import (
     repeated,
     shown,
 )
+from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.changes import change_scores
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import Tried, evidences
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import (
-    Axis,
-    ChangedParameter,
-    EffectHypothesis,
-)
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import (
     Score,
@@ -213,7 +210,8 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     there = {(a.score.hypothesis.axis, a.score.hypothesis.id) for a in accepted}
     unified = []
     for each, own in zip(accepted, places, strict=True):
-        if fuller := [s for s in each.fuller if s.hypothesis.id in needed]:
+        others = needed - {each.score.hypothesis.id}
+        if fuller := [s for s in each.fuller if s.hypothesis.id in others]:
             unified.append(replace(each, score=fuller[0]))
             continue
         first = each.score.hypothesis

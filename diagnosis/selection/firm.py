@@ -14,10 +14,11 @@ from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
 from flexhex.diagnosis.result.verdict import NORMAL
 from flexhex.diagnosis.selection.bars import form_error
+from flexhex.diagnosis.selection.changed import Axis
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.form import mean_error
-from flexhex.diagnosis.selection.hypothesis import Axis, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 
 Array = NDArray[np.float64]

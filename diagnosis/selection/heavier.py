@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.selection.hypothesis import HeavierBody
+from flexhex.diagnosis.selection.changed import HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 
 

@@ -10,14 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.expected import expected
 from flexhex.diagnosis.selection.generic import generic
-from flexhex.diagnosis.selection.hypothesis import (
-    Axis,
-    ChangedParameter,
-    ColumnsByAxis,
-    EffectHypothesis,
-)
+from flexhex.diagnosis.selection.hypothesis import ColumnsByAxis, EffectHypothesis
 from flexhex.diagnosis.selection.keep import Keep
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.orders import (
@@ -190,6 +186,7 @@ class Hypotheses:
             effect.extends,
             effect.exact,
             effect.most,
+            {s.name: s.start for s in effect.shapes if s.optional},
             taken=taken if effect.entered else None,
             slow=item.slow,
             limit=effect.limit,

@@ -11,15 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.products import Products, ShapeProducts, placed
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
-Axis = int | None
-AGAIN = 1.0
-"""One standard deviation of the mass of a body that may be another one, relative to the file's."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +32,9 @@ class ColumnsByAxis:
 class EffectHypothesis:
     """An effect with all shapes of its grid. columns: makes whitened ones (R, shapes * k) of some
     shapes, side by side, on each axis that feels them, as they take most of the memory; felt: axes
-    that feel it; low, high (k,): least gains, largest ones; freedom: numbers that
-    a fit may choose; extends: the simpler effect that it becomes without its further gains; limit:
-    that at an end of its shape's range;
+    that feel it; low, high (k,): least gains, largest ones; least: numbers that a fit may choose;
+    optional: shapes that may be left out, and what that means; extends: the simpler effect that it
+    becomes without its further gains; limit: that at an end of its shape's range;
     choices: shapes that those of the grid were picked from; first: places of those that are looked
     at first, of all if there are none; taken: makes the share (R, shapes) of a
     change of the reported torque that a gain of one takes away, if the columns are of that torque,
@@ -52,10 +49,11 @@ class EffectHypothesis:
     felt: tuple[int, ...]
     low: Array
     high: Array
-    freedom: int
+    least: int
     extends: str
     exact: bool
     most: int
+    optional: Mapping[str, float] = field(default_factory=dict)
     choices: int = 1
     first: tuple[int, ...] = ()
     taken: Callable[[Sequence[Mapping[str, float]]], Array] | None = None
@@ -70,6 +68,18 @@ class EffectHypothesis:
     def width(self) -> int:
         """Gains."""
         return len(self.low)
+
+    @property
+    def freedom(self) -> int:
+        """Numbers that a fit may choose of the shape that stands first."""
+        used = [name for name, out in self.optional.items() if self.shapes[0][name] != out]
+        return self.least + len(used)
+
+    @property
+    def plain(self) -> list[Mapping[str, float]]:
+        """Its shapes without what may be left out."""
+        absent = self.optional.items()
+        return [own for own in self.shapes if all(own[name] == out for name, out in absent)]
 
     def forget(self) -> None:
         """Let go of products; they are made again when asked for."""
@@ -162,75 +172,6 @@ class EffectHypothesis:
 
     def _white(self, chosen: Sequence[int]) -> Mapping[int, Array]:
         return self.columns([self.shapes[s] for s in chosen])
-
-
-@dataclass(frozen=True)
-class ChangedParameter:
-    """Base parameters, at these places, that may leave their tolerances: one, or a body's. Others
-    could make all of its torque, if no tolerance held them: so all of it is its size."""
-
-    id: str
-    places: tuple[int, ...]
-    axis: Axis
-    extends: str = ""
-    choices: int = 1
-    varied: bool = False
-
-    @property
-    def ways(self) -> Array:
-        """Directions (len(places), k) in which they may leave their tolerances."""
-        return np.eye(len(self.places))
-
-    def deviation(self, criteria: Criteria) -> float:
-        """How far they may, one standard deviation of each direction."""
-        return criteria.loose
-
-    def possible(self, gains: Array) -> bool:
-        """Whether a machine can have these gains (k,) of the directions."""
-        return True
-
-    @property
-    def freedom(self) -> int:
-        """A parameter that is there already is simpler than any effect."""
-        return len(self.places) - 1
-
-
-@dataclass(frozen=True, eq=False)
-class HeavierBody(ChangedParameter):
-    """A body with another mass, and all that goes with it; direction (len(places),): coefficients
-    of as much again as the machine file says."""
-
-    direction: Array = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def ways(self) -> Array:
-        """All in step."""
-        return self.direction[:, None]
-
-    def deviation(self, criteria: Criteria) -> float:
-        """Nothing, or twice what the file says."""
-        return AGAIN
-
-    def possible(self, gains: Array) -> bool:
-        """A body has a mass."""
-        return bool(gains[0] > -1.0)
-
-    @property
-    def freedom(self) -> int:
-        """One number is another, as of a parameter."""
-        return 0
-
-
-@dataclass(frozen=True, eq=False)
-class WrongFile(ChangedParameter):
-    """All values of the machine file off by more than their tolerances; times: by so many, as a
-    standard deviation."""
-
-    times: float = 1.0
-
-    def deviation(self, criteria: Criteria) -> float:
-        """As far as a fit finds them off."""
-        return self.times
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody, WrongFile
+from flexhex.diagnosis.selection.changed import ChangedParameter, HeavierBody, WrongFile
 
 MASSES = ("kg", "kg m", "kg m2")
 """Units of what a body's mass scales."""

@@ -22,14 +22,11 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.fit import recalibrated
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.payloads import GROUP
+from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.generic_scores import generic_score
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import (
-    ChangedParameter,
-    ColumnsByAxis,
-    Payload,
-)
+from flexhex.diagnosis.selection.hypothesis import ColumnsByAxis, Payload
 from flexhex.diagnosis.selection.levels import Levels, choices, levels_of
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows

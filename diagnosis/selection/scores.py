@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.regression.doubt import doubt
+from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.evidence import (
     Tried,
     evidences,
@@ -19,12 +20,7 @@ from flexhex.diagnosis.selection.evidence import (
     tried,
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import (
-    Axis,
-    ChangedParameter,
-    EffectHypothesis,
-    Hypothesis,
-)
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
 

@@ -15,17 +15,13 @@ from gc import collect
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.bars import bars_of, passes
+from flexhex.diagnosis.selection.changed import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.feedback import repeating
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import (
-    ChangedParameter,
-    EffectHypothesis,
-    HeavierBody,
-    Payload,
-)
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Payload
 from flexhex.diagnosis.selection.imitated import Imitated, imitated, surely_beside
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.parts import with_wholes
@@ -115,6 +111,8 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         accepted, scores = search.next(len(rounds) + 1)
         rounds.append(tuple(scores))
         if accepted is None:
+            if search.completed():
+                continue
             break
         if isinstance(accepted.score.hypothesis, Payload):
             return accepted.score.hypothesis.bench

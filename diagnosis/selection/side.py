@@ -24,9 +24,7 @@ from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.faint import with_faint
 from flexhex.diagnosis.selection.firm import errors_of, firm, ordered, without_name
-from flexhex.diagnosis.selection.hypothesis import (
-    EffectHypothesis,
-)
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.nameless import Nameless, nameless, tolerated
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection

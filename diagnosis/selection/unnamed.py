@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexhex.diagnosis.selection.hypothesis import Array, Axis, ColumnsByAxis, EffectHypothesis
+from flexhex.diagnosis.selection.changed import Axis
+from flexhex.diagnosis.selection.hypothesis import Array, ColumnsByAxis, EffectHypothesis
 
 
 @dataclass(frozen=True)

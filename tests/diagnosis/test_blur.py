@@ -10,12 +10,12 @@ import pytest
 from scipy.linalg import solve_triangular
 
 from flexhex.diagnosis.selection.blur import Blur
+from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.choose import effect_scores
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import space_of_errors
 from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score

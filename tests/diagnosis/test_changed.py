@@ -19,12 +19,12 @@ from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.result.changed import changed_of
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
+from flexhex.diagnosis.selection.changed import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.changes import change_scores
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier, moved_gain
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score

@@ -13,9 +13,9 @@ from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.regression import Regression
+from flexhex.diagnosis.selection.changed import WrongFile
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import WrongFile
 
 COUNT, SHOWN, HIDDEN = 400, 20, 20
 """Rows; parameters that they show, and some that they do not."""

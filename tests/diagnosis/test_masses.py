@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.basemodels.base import Known
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
+from flexhex.diagnosis.selection.changed import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.others import others
 
 

@@ -19,11 +19,11 @@ from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.selection import found as finding
 from flexhex.diagnosis.selection import hypotheses, search
+from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.orders import Orders
 from flexhex.diagnosis.selection.rows import Rows

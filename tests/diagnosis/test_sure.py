@@ -10,9 +10,9 @@ import pytest
 
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars
+from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.scores import Score
 
