@@ -45,9 +45,11 @@ def named(path: Path, make: Callable[[], Product], where: str = "") -> Product:
 def refuse_units(path: Path, machine: Machine) -> None:
     """MachineError with the file for an effect of one's own with a unit that FMUs do not have."""
     for use in machine.effects:
-        for one in (*use.effect.gains, *use.effect.shapes):
+        units = [(one.name, one.unit) for one in use.effect.gains]
+        units += [(one.name, one.unit) for one in use.effect.shapes]
+        for name, text in units:
             try:
-                unit(one.unit, f"{path}: effects: {use.id}.{one.name}")
+                unit(text, f"{path}: effects: {use.id}.{name}")
             except InterfaceError as error:
                 raise MachineError(str(error)) from None
 
