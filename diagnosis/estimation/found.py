@@ -109,6 +109,7 @@ def _on_axis(
         first = effect.gains[0].name
         there = f"{first}[{axis}]{more}" in values or (axes == 1 and f"{first}{more}" in values)
         own = {s.name: named(values, s.name) for s in effect.shapes}
+        own |= {s.name: s.start for s in effect.shapes if s.optional and own[s.name] is None}
         shape = {name: value for name, value in own.items() if value is not None}
         if there and len(shape) == len(own):
             gains = tuple(named(values, gain.name) or 0.0 for gain in effect.gains)

@@ -18,6 +18,7 @@ from flexhex.diagnosis.estimation.collinear import grouped, pruned
 from flexhex.diagnosis.estimation.determined import SURE, Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.estimation.extras import Extras
+from flexhex.diagnosis.estimation.forward.simulation import simulation
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.signs import negative_values
 from flexhex.diagnosis.estimation.structure import Combination, structure
@@ -94,6 +95,7 @@ def identify(
         estimated,
         doubt,
         predicted.strips(estimated, judged or estimated.model, judged is not None),
+        simulation(estimated, judged or estimated.model, judged is not None),
     )
 
 

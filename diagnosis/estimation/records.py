@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.estimate import Estimated
+from flexhex.diagnosis.estimation.forward.record import Simulation
 from flexhex.diagnosis.result.estimates import Estimate, Parameter
 from flexhex.diagnosis.result.pictured import Strip
 
@@ -42,7 +43,7 @@ class Identified:
     sentences for the reader; findings: what the logs had. estimated: the fit. doubt: why the model
     may not be this machine's. strips: torque over time of each axis, of the first held-out run,
     else of the first run: measured, `before` with the file's parameters and no friction, `after`
-    with the estimates.
+    with the estimates. simulation: positions of the same runs from their torques, or None.
     """
 
     base: str
@@ -60,6 +61,7 @@ class Identified:
     estimated: Estimated = field(repr=False)
     doubt: str = ""
     strips: tuple[Strip, ...] = field(default=(), repr=False)
+    simulation: Simulation | None = field(default=None, repr=False)
 
     def __getitem__(self, name: str) -> Parameter:
         """A parameter by its name. KeyError where there is none."""
@@ -87,6 +89,7 @@ class Identified:
                 "runs": self.errors.data(),
                 "held_out": self.held_out.data() if self.held_out else None,
             },
+            "simulation": self.simulation.data() if self.simulation else None,
             "doubt": self.doubt,
             "notes": list(self.notes),
             "findings": list(self.findings),

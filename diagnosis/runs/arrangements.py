@@ -58,16 +58,23 @@ def zeros(base: Base) -> Iterator[Arrangement]:
             yield Arrangement(text, same, ones, ones, (), zero)
 
 
+def turned(base: Base, axis: int) -> Arrangement:
+    """Angle and torque of an axis (from 0) negated."""
+    kind, sign = kinds_of(base, base.n)[axis], np.where(np.arange(base.n) == axis, -1.0, 1.0)
+    text = f"{kind.position} and {kind.effort} of axis {axis + 1} negated"
+    return Arrangement(text, tuple(range(base.n)), sign, sign)
+
+
 def arrangements(base: Base) -> Iterator[Arrangement]:
     """Axes exchanged, signs turned, other units."""
     n, kinds = base.n, kinds_of(base, base.n)
     same, ones = tuple(range(n)), np.ones(n)
     for i in range(n):
-        turned = np.where(np.arange(n) == i, -1.0, 1.0)
+        sign = np.where(np.arange(n) == i, -1.0, 1.0)
         word, effort = kinds[i].position, kinds[i].effort
-        yield Arrangement(f"the {effort} of axis {i + 1} negated", same, ones, turned)
-        yield Arrangement(f"the {word} of axis {i + 1} negated", same, turned, ones)
-        yield Arrangement(f"{word} and {effort} of axis {i + 1} negated", same, turned, turned)
+        yield Arrangement(f"the {effort} of axis {i + 1} negated", same, ones, sign)
+        yield Arrangement(f"the {word} of axis {i + 1} negated", same, sign, ones)
+        yield turned(base, i)
         for j in range(i):
             if kinds[i] is kinds[j]:
                 swapped = list(same)

@@ -20,22 +20,19 @@ grows from rest in any way."""
 
 
 def scaled(base: Base, seen: Sequence[Seen], axis: int) -> tuple[Array, Array, Array]:
-    """See `_columns`, of the nominal torque."""
-    nominal = _nominal(base)
-    model = np.concatenate([_torque(base, s, nominal)[:, axis] for s in seen])
-    return _columns(seen, model, axis)
+    """See `beside_friction`, of the nominal torque."""
+    return beside_friction(seen, nominal_torque(base, seen)[:, axis], axis)
 
 
 def left_of(base: Base, seen: Sequence[Seen], without: bool = False, offset: bool = True) -> Array:
     """Share (n,) of each axis' mean square that nominal torque, friction and rotor leave, and an
     offset; without: those that these leave alone."""
-    nominal = _nominal(base)
     model = np.zeros((sum(len(s.tau) for s in seen), base.n))
     if not without:
-        model = np.concatenate([_torque(base, s, nominal) for s in seen])
+        model = nominal_torque(base, seen)
     shares = np.zeros(base.n)
     for i in range(base.n):
-        columns = _columns(seen, model[:, i], i, offset)
+        columns = beside_friction(seen, model[:, i], i, offset)
         shares[i] = _least(*columns) / len(model)
     return shares
 
@@ -59,7 +56,7 @@ def not_below_zero(columns: Array, tau: Array) -> tuple[Array, float]:
     return x, float(norm)
 
 
-def _columns(
+def beside_friction(
     seen: Sequence[Seen], model: Array, axis: int, offset: bool = True
 ) -> tuple[Array, Array, Array]:
     """Nominal torque (samples,) of an axis, friction and rotor (samples, k) with an offset, and its
@@ -92,6 +89,10 @@ def _nominal(base: Base) -> Array:
     return nominal
 
 
-def _torque(base: Base, seen: Seen, nominal: Array) -> Array:
-    motion = Motion(0.0, 1.0, seen.theta, seen.thetad, seen.thetadd)
-    return base.torque(motion, base.loaded(nominal, seen.payload))
+def nominal_torque(base: Base, seen: Sequence[Seen]) -> Array:
+    """Torques (samples, n) of the parameters as they are written, with announced payloads."""
+    nominal, torques = _nominal(base), list[Array]()
+    for s in seen:
+        motion = Motion(0.0, 1.0, s.theta, s.thetad, s.thetadd)
+        torques.append(base.torque(motion, base.loaded(nominal, s.payload)))
+    return np.concatenate(torques)

@@ -15,8 +15,15 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.kinds import axes_named, kinds_of
-from flexhex.diagnosis.runs.arrangements import THOUSANDS, Arrangement, Seen, arrangements, zeros
+from flexhex.diagnosis.runs.arrangements import (
+    THOUSANDS,
+    Arrangement,
+    Seen,
+    arrangements,
+    zeros,
+)
 from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.mirrored import mirrored
 from flexhex.diagnosis.runs.nominal import NEARLY, left_of, not_below_zero, scaled
 from flexhex.diagnosis.runs.smoothing import hann_weights
 
@@ -87,7 +94,7 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
         )
     if worse.any():
         parts.append(f"friction and rotors alone leave less on {axes_named(np.flatnonzero(worse))}")
-    if better is not None:
+    if better := better or mirrored(base, seen):
         parts.append(f"less would be left with {better.text}")
     if not parts:
         return ""

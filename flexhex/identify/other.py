@@ -11,6 +11,7 @@ from flexhex.diagnose.titles import capital, effort, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.result.estimates import Parameter, summed
+from flexhex.identify.simulated import simulation_parts
 from flexhex.identify.view import with_deviation
 from flexhex.output.parts import Part, Sentence, Titled, print_parts
 from flexhex.output.tables import Column, Value, console, printed
@@ -98,6 +99,8 @@ def identified_parts(
     if not low <= 0 <= high:
         parts.append(Sentence(late(identified.delay.value)))
     parts.append(_errors(identified))
+    if identified.simulation is not None:
+        parts += simulation_parts(identified.simulation, effort(identified.units))
     parts += [Sentence(f"finding: {readable(text)}") for text in identified.findings]
     parts += [Sentence(f"note: {readable(text)}") for text in identified.notes]
     return parts

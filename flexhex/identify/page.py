@@ -13,6 +13,7 @@ from flexhex.diagnose.plots import strip_figures
 from flexhex.diagnose.titles import effort
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.identify.other import has_file, identified_parts
+from flexhex.identify.simulated import simulation_section
 from flexhex.output.page import PageSection, write_page
 from flexhex.output.parts import Sentence, Titled
 from flexhex.output.tables import texts
@@ -33,6 +34,7 @@ def write_identified_page(
     said = [(part.text.strip(),) for part in parts if isinstance(part, Sentence)]
     sections = [
         *_strips(identified),
+        *_simulated(identified),
         PageSection("Prediction", answer(identified), answer=True),
         *tables,
         *([PageSection("Notes", "", ("",), said, words=True)] if said else []),
@@ -67,10 +69,21 @@ def _strips(identified: Identified) -> list[PageSection]:
     )
     if len(identified.strips) > 1:
         text += " The buttons choose the axis."
-    errors = identified.errors if identified.held_out is None else identified.held_out
-    worst = int(np.argmax(np.nan_to_num(errors.fitted * errors.torque, nan=-1.0))) + 1
-    drawn = strip_figures(identified.strips, worst)
+    drawn = strip_figures(identified.strips, _worst(identified))
     return [PageSection(f"{called.capitalize()} over time", text, figures=drawn, timed=True)]
+
+
+def _simulated(identified: Identified) -> list[PageSection]:
+    told = identified.simulation
+    if told is None:
+        return []
+    return [simulation_section(told, effort(identified.units), _worst(identified))]
+
+
+def _worst(identified: Identified) -> int:
+    """The axis, from 1, of which most of the torque is left."""
+    errors = identified.errors if identified.held_out is None else identified.held_out
+    return int(np.argmax(np.nan_to_num(errors.fitted * errors.torque, nan=-1.0))) + 1
 
 
 def _files(identified: Identified, files: Sequence[Path]) -> PageSection:

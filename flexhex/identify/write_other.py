@@ -31,7 +31,8 @@ def checked_target(path: Path, base: str) -> None:
     if path.suffix not in kinds:
         robot = f"{kinds[0]} for the robot's file, " if own else ""
         raise UsageError(
-            f"--write {path}: write {robot}.csv or .json for all values with their intervals"
+            f"--write {path}: write {robot}.csv or .json for all values with their intervals;"
+            " --fmu inverse.fmu builds the inverse dynamics"
         )
     if is_robot(base) and path.resolve() == file.resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")

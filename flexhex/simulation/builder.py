@@ -22,7 +22,7 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.simulation.cases import Case, check_settle, table_cases
-from flexhex.simulation.machine_check import named
+from flexhex.simulation.machine_check import named, refuse_units
 from flexhex.ssp.delays import alignment, reference_delay
 from flexhex.ssp.hexapod import INSTANCES, hexapod
 from flexhex.ssp.system import System
@@ -49,6 +49,7 @@ class Builder:
     def check(self) -> None:
         """Make all but the C code: MachineError names file and field of what an FMU refuses."""
         path, truth = self.machine_file, self.truth
+        refuse_units(path, self.machine)
         makers = {
             block: partial(block_interface, block, self.machine) for block in blocks(self.machine)
         }

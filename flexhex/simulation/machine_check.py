@@ -11,7 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from flexhex.fmus.common.errors import FlexhexError, MachineError, StartValueError
+from flexhex.fmugen.units import unit
+from flexhex.fmus.common.errors import FlexhexError, InterfaceError, MachineError, StartValueError
 from flexhex.fmus.common.interface import Interface
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
@@ -39,6 +40,18 @@ def named(path: Path, make: Callable[[], Product], where: str = "") -> Product:
         elif not isinstance(error, MachineError):
             text = f"timing: {text}"
         raise MachineError(f"{path}: {text}") from None
+
+
+def refuse_units(path: Path, machine: Machine) -> None:
+    """MachineError with the file for an effect of one's own with a unit that FMUs do not have."""
+    for use in machine.effects:
+        units = [(one.name, one.unit) for one in use.effect.gains]
+        units += [(one.name, one.unit) for one in use.effect.shapes]
+        for name, text in units:
+            try:
+                unit(text, f"{path}: effects: {use.id}.{name}")
+            except InterfaceError as error:
+                raise MachineError(str(error)) from None
 
 
 def doubts(machine: Machine) -> list[str]:

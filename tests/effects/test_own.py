@@ -20,6 +20,7 @@ from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from flexhex.fmus.feedforward.equations import functions
 from flexhex.fmus.plant.effects import Inputs, torque
+from flexhex.simulation.builder import Builder
 from tests.compare import assert_close
 from tests.conftest import MACHINE_FILE, ROOT
 from tests.effects.machines import Array
@@ -133,6 +134,21 @@ def test_what_cannot_be_built_is_one_clear_message(case: str, tmp_path: Path) ->
     assert re.search(message, str(caught.value)), str(caught.value)
     assert str(caught.value).startswith(f"{path}: effects.1: ")
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["F", "ratio"])
+def test_unit_that_fmus_do_not_have_is_said_with_the_file(name: str, tmp_path: Path) -> None:
+    unit = {"F": "N m", "ratio": "1"}[name]
+    other, code = ENTRY, EXAMPLE.replace(f'("{name}", "{unit}"', f'("{name}", "furlong"')
+    for line in ENTRY.splitlines():
+        if line.startswith(name):
+            other = ENTRY.replace(line, line.replace(f'"{unit}"', '"furlong"'))
+    path = written(tmp_path, other, code)
+    with pytest.raises(MachineError) as caught:
+        Builder(path, tmp_path / "out").check()
+    assert str(caught.value).startswith(
+        f"{path}: effects: gas_spring.{name}: unknown unit 'furlong', known: "
+    )
 
 
 def test_friction_that_the_steps_follow_is_taken(tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def test_files_are_those_of_the_command(identified: flexhex.Identified, tmp_path
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("x.urdf", r"^path x.urdf: write .csv or .json"),
+        ("x.urdf", r"^path x.urdf: write .csv or .json .*; path inverse.fmu builds the inverse dy"),
         ("my model.fmu", r"^path my model.fmu: name a file like inverse.fmu"),
         ("/proc/nowhere/x.csv", r"^path /proc/nowhere/x.csv: cannot be written"),
         (3, r"^path = 3: must be a name or a path"),
