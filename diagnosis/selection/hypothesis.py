@@ -92,7 +92,11 @@ class EffectHypothesis:
     @cached_property
     def _taken(self) -> Array:
         assert self.taken is not None
-        return self.taken(self.shapes)
+        new = [s for s, known in enumerate(self.known) if known.taken is None]
+        if new:
+            for s, own in zip(new, self.taken([self.shapes[s] for s in new]).T, strict=True):
+                self.known[s].taken = own
+        return np.stack([known.taken for known in self.known if known.taken is not None], axis=1)
 
     def beside(self, moments: Moments) -> Products:
         """Products of all shapes' columns with a model's; of each shape kept, as a search comes

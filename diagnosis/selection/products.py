@@ -42,14 +42,16 @@ class Products:
 @dataclass(eq=False)
 class ShapeProducts:
     """Products of the columns of one shape that are known already: with the base model's columns,
-    with the torque, with each other, of each fold; with those of each term (folds, k', k)."""
+    with the torque, with each other, of each fold; with those of each term (folds, k', k); and the
+    share (R,) of a change of the reported torque that a gain of one takes away."""
 
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
+    taken: Array | None = None
 
     def forget(self) -> None:
         """Let go of them."""
-        self.base = None
+        self.base = self.taken = None
         self.terms.clear()
 
 
