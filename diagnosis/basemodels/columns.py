@@ -52,10 +52,13 @@ class ColumnBase:
         return p
 
     def rows(self, motion: Motion, weights: csr_array) -> Array:
-        """Smoothed columns (rows, n, len(linear)), in chunks of samples."""
+        """Smoothed columns (rows, n, len(linear)), in chunks of the samples that count."""
         flat = np.zeros((weights.shape[0], self.n * len(self.linear)))
-        for part, columns in self._parts(motion):
-            flat += weights[:, part] @ columns.reshape(len(columns), -1)
+        places = np.unique(weights.indices[weights.data > 0])
+        moved = [v[places] for v in (motion.theta, motion.thetad, motion.thetadd)]
+        seen = weights[:, places]
+        for part, columns in self._parts(*moved):
+            flat += seen[:, part] @ columns.reshape(len(columns), -1)
         return flat.reshape(-1, self.n, len(self.linear))
 
     def bend(self, motion: Motion, widths: Array) -> tuple[Array, Array]:
@@ -65,14 +68,14 @@ class ColumnBase:
 
     def torque(self, motion: Motion, p: Array) -> Array:
         """B p (samples, n) [N m, N]."""
-        return np.concatenate([columns @ p for _, columns in self._parts(motion)])
+        moved = motion.theta, motion.thetad, motion.thetadd
+        return np.concatenate([columns @ p for _, columns in self._parts(*moved)])
 
     def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
         """Nothing is known of the mechanism as a whole."""
         return {}
 
-    def _parts(self, motion: Motion) -> Iterator[tuple[slice, Array]]:
-        for at in range(0, len(motion.theta), CHUNK):
+    def _parts(self, *moved: Array) -> Iterator[tuple[slice, Array]]:
+        for at in range(0, len(moved[0]), CHUNK):
             part = slice(at, at + CHUNK)
-            moved = (v[part] for v in (motion.theta, motion.thetad, motion.thetadd))
-            yield part, self.columns(*moved)
+            yield part, self.columns(*(v[part] for v in moved))

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 from scipy.sparse import csr_array, eye_array
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
@@ -22,6 +21,7 @@ from flexhex.diagnosis.regression.regression import Regression
 from flexhex.diagnosis.regression.window import curvature
 from flexhex.diagnosis.reversals import encoder_step
 from flexhex.diagnosis.runs.blocks import Block
+from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
 STATES = 100
@@ -61,13 +61,11 @@ def _accelerations(base: Base, block: Block) -> Array:
     assert motion.noise is not None
     step = encoder_step(motion.theta[block.run.valid])
     squares = (motion.noise * curvature(base.window, motion.ts)) ** 2
-    window = np.hanning(2 * round(base.window / motion.ts / 2) + 3)[1:-1, None]
+    window = np.hanning(2 * round(base.window / motion.ts / 2) + 3)[1:-1]
     window, reach = window / window.sum(), len(window) // 2
     for axis in np.flatnonzero(step):
         theta, size = motion.theta[:, [axis]], step[axis]
-        smooth = oaconvolve(
-            np.pad(theta, ((reach, reach), (0, 0)), mode="edge"), window, "valid", 0
-        )
+        smooth = convolved(np.pad(theta, ((reach, reach), (0, 0)), mode="edge"), window)
         error = theta[0] + size * np.round((smooth - theta[0]) / size) - smooth
         bent = block.smooth(np.gradient(np.gradient(error, motion.ts, axis=0), motion.ts, axis=0))
         squares[axis] = float((bent[block.usable] ** 2).mean())

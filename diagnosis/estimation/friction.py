@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation.motion import dahl_states
@@ -25,6 +24,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.design import beside_of
 from flexhex.diagnosis.regression.window import curvature
 from flexhex.diagnosis.runs.blocks import Block
+from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
 RATES = (0.003, 0.01, 0.03, 0.1, 0.3)
@@ -113,7 +113,7 @@ def _quiet(rate: Array, block: Block, axis: int, form: Form) -> Array:
             break
     window = np.hanning(2 * (taps // 2) + 3)[1:-1]
     padded = np.pad(rate, len(window) // 2, mode="edge")
-    return np.asarray(oaconvolve(padded, window / window.sum(), mode="valid"))
+    return convolved(padded, window / window.sum())
 
 
 def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Form]) -> list[Array]:

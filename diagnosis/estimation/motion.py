@@ -15,7 +15,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.closure import Closure, dahl_scan
@@ -24,6 +23,7 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import columns_function, followers
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.filter.equations import derivatives
+from flexhex.numeric.convolved import convolved
 from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ def smooth(signal: Array, window: Array, every: int = 1) -> Array:
     window is filled."""
     flat = signal.reshape(len(signal), -1)
     if every == 1:
-        filtered = oaconvolve(flat, window[:, None], mode="valid", axes=0)
+        filtered = convolved(flat, window)
     else:
         begins = np.arange(0, len(flat) - len(window) + 1, every)
         under = (begins[:, None] + np.arange(len(window))).ravel()

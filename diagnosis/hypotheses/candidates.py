@@ -224,14 +224,13 @@ class Bench:
             self._signals = {torques: signals_of(self.model, self.across, torques)}
         inputs_of_blocks = []
         for k, signals in enumerate(self._signals[torques]):
-            own = np.ascontiguousarray(signals[:, axis])
-            inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
+            few = np.asarray if halvings is None else self.model.blocks[k].fewer(halvings)
+            own = few(signals[:, axis])
+            inputs = own.copy() if alone else np.hstack([own, few(signals).reshape(len(own), -1)])
             if place:
-                inputs = inputs.copy()
-                there = self._elsewhere(place)[k][:, axis]
+                there = few(self._elsewhere(place)[k][:, axis])
                 inputs[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
-            few = None if halvings is None else self.model.blocks[k].fewer(halvings)
-            inputs_of_blocks.append(inputs if few is None else few(inputs))
+            inputs_of_blocks.append(inputs)
         return inputs_of_blocks
 
     @cached_property

@@ -15,6 +15,7 @@ from flexhex.diagnosis.reversals import angle_noise
 from flexhex.diagnosis.runs.noise import pairs
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.filter.equations import hann
+from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
 LOUD = 0.05
@@ -83,7 +84,8 @@ def _points(model: Calibrated, torques: Sequence[Array]) -> int:
     while 4 * points < min(len(torque) for torque in torques):
         bent = []
         for block, torque in zip(model.blocks, torques, strict=True):
-            smooth = convolve1d(torque, hann(points), mode="nearest")
+            padded = np.pad(torque, (points // 2 - 1, points // 2), mode="edge")
+            smooth = convolved(padded, hann(points))
             bent.append(block.smooth(np.gradient(np.gradient(smooth))[:, None])[:, 0])
         rows = [(bent[a], bent[b], model.kept[a] & model.kept[b]) for a, b in both]
         again = sum(float(one[good] @ other[good]) for one, other, good in rows)

@@ -7,7 +7,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import lfilter
 
 from flexhex.diagnosis import stencils
 from flexhex.diagnosis.kinds import IN_VOLTS, Kinds
@@ -138,6 +137,8 @@ def torque_of(voltage: Channel, angle: Channel, rate: Channel | None, motor: Mot
 def _lagged(values: Array, lag: float, ts: float) -> Array:
     """The response (samples,) of lag dy/dt + y = value, straight between samples, settled at the
     first one."""
+    from scipy.signal import lfilter  # takes long to load
+
     kept, ratio = np.exp(-ts / lag), lag / ts
     now, before = 1 - (1 - kept) * ratio, (1 - kept) * ratio - kept
     start = np.array([values[0] * (1 - now)])

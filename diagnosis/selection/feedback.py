@@ -34,6 +34,7 @@ from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.fmus.filter.equations import hann
+from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
 BANDS, WIDER = 6, 2**0.5
@@ -118,10 +119,7 @@ def _answers(block: Block, inertia: Array, length: float) -> Array:
 def _slower(values: Array, samples: float) -> Array:
     """Smoothed by a Hann window of so many samples; beyond the ends values stay what they are
     there."""
-    from scipy.signal import oaconvolve  # takes long to load
-
     weights = hann(max(3, round(samples)))
     half, rest = len(weights) // 2, values.ndim - 1
     padded = np.pad(values, ((half, len(weights) - 1 - half), *((0, 0),) * rest), mode="edge")
-    kernel = weights.reshape(-1, *(1,) * rest) / weights.sum()
-    return np.asarray(oaconvolve(padded, kernel, mode="valid", axes=0))
+    return convolved(padded, weights / weights.sum())

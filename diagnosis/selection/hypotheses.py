@@ -174,9 +174,8 @@ class Hypotheses:
         less = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
         ordered = tuple((places[name], places[more], times) for name, more, times in less)
 
-        def taken(chosen: Sequence[Mapping[str, float]]) -> Array:
-            listed = [self.bench.taken(name, axis or 0, shape) for shape in chosen]
-            return self.rows.raw([np.stack(own, axis=1) for own in zip(*listed, strict=True)])
+        def taken(shape: Mapping[str, float]) -> Array:
+            return self.rows.raw(self.bench.taken(name, axis or 0, shape))
 
         return EffectHypothesis(
             *common,

@@ -36,9 +36,8 @@ class EffectHypothesis:
     optional: shapes that may be left out, and what that means; extends: the simpler effect that it
     becomes without its further gains; limit: that at an end of its shape's range;
     choices: shapes that those of the grid were picked from; first: places of those that are looked
-    at first, of all if there are none; taken: makes the share (R, shapes) of a
-    change of the reported torque that a gain of one takes away, if the columns are of that torque,
-    for some shapes;
+    at first, of all if there are none; taken: makes of a shape the share (R,) of a change of the
+    reported torque that a gain of one takes away, if the columns are of that torque;
     slow: it goes with angle, rate and time alone; varied: see `Effect`; ordered: pairs of gains of
     which the first is at most so many times the second; known: of each shape."""
 
@@ -56,7 +55,7 @@ class EffectHypothesis:
     optional: Mapping[str, float] = field(default_factory=dict)
     choices: int = 1
     first: tuple[int, ...] = ()
-    taken: Callable[[Sequence[Mapping[str, float]]], Array] | None = None
+    taken: Callable[[Mapping[str, float]], Array] | None = None
     slow: bool = False
     limit: str = ""
     varied: bool = False
@@ -102,7 +101,8 @@ class EffectHypothesis:
     @cached_property
     def _taken(self) -> Array:
         assert self.taken is not None
-        return self.taken(self.shapes)
+        pairs = zip(self.shapes, self.known, strict=True)
+        return np.stack([known.share(self.taken, shape) for shape, known in pairs], axis=1)
 
     def beside(self, moments: Moments) -> Products:
         """Products of all shapes' columns with a model's; of each shape kept, as a search comes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from weakref import WeakKeyDictionary
@@ -42,14 +42,24 @@ class Products:
 @dataclass(eq=False)
 class ShapeProducts:
     """Products of the columns of one shape that are known already: with the base model's columns,
-    with the torque, with each other, of each fold; with those of each term (folds, k', k)."""
+    with the torque, with each other, of each fold; with those of each term (folds, k', k); and the
+    share (R,) of a change of the reported torque that a gain of one takes away."""
 
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
+    taken: Array | None = None
+
+    def share(
+        self, made: Callable[[Mapping[str, float]], Array], shape: Mapping[str, float]
+    ) -> Array:
+        """`taken` of a shape, made when it is asked for first."""
+        if self.taken is None:
+            self.taken = made(shape)
+        return self.taken
 
     def forget(self) -> None:
         """Let go of them."""
-        self.base = None
+        self.base = self.taken = None
         self.terms.clear()
 
 
