@@ -120,7 +120,7 @@ def test_what_the_motion_does_not_show_is_paid_for() -> None:
     """Half of the rows tell nothing but the torque's own size: log of noise over torque each."""
     rng = np.random.default_rng(5)
     rows = rows_of(rng.normal(size=240), np.zeros((240, 1)), np.ones(1), np.arange(240) // 80)
-    taken = (np.arange(240) % 2)[:, None].astype(float)
+    taken = (np.arange(240) % 2).astype(float)
     plain = effect_of(np.zeros((240, 1)))
     assert np.allclose(plain.blind(rows, None, np.ones((1, 1))), 0.0)
     limit: Any = effect_of(rng.normal(size=(240, 1)))
