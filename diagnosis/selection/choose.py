@@ -210,8 +210,7 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     there = {(a.score.hypothesis.axis, a.score.hypothesis.id) for a in accepted}
     unified = []
     for each, own in zip(accepted, places, strict=True):
-        others = needed - {each.score.hypothesis.id}
-        if fuller := [s for s in each.fuller if s.hypothesis.id in others]:
+        if fuller := [s for s in each.fuller if s.hypothesis.id in needed]:
             unified.append(replace(each, score=fuller[0]))
             continue
         first = each.score.hypothesis

@@ -15,7 +15,7 @@ from flexhex.diagnosis.selection.expected import expected
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import ColumnsByAxis, EffectHypothesis
 from flexhex.diagnosis.selection.keep import Keep
-from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import (
     ANEW,
     OVERTONES,
@@ -39,7 +39,10 @@ ORDER = ["order"]
 
 
 class Hypotheses:
-    """All hypotheses beside a calibrated base model; columns are made when asked for, and kept."""
+    """All hypotheses beside a calibrated base model; columns are made when asked for, and kept.
+
+    imitated, longer: see `lookalike.py`.
+    """
 
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows = bench, rows
@@ -50,12 +53,16 @@ class Hypotheses:
         self._known = dict[tuple[object, ...], ShapeProducts]()
         self._keep = Keep()
         self._seen = dict[int, Waves]()
+        self.imitated = dict[tuple[str, Axis], Term]()
+        self.longer: tuple[Moments, tuple[str, Axis], Moments] | None = None
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def forget(self) -> None:
         """Let go of columns and products, most of the memory; scores still refer to all else."""
         self._keep.forget()
         self._seen.clear()
+        self.imitated.clear()
+        self.longer = None
         for known in self._known.values():
             known.forget()
         for effect in (*self._effects.values(), *self._anew.values(), *self._shaped.values()):

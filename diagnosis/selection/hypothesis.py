@@ -74,12 +74,6 @@ class EffectHypothesis:
         used = [name for name, out in self.optional.items() if self.shapes[0][name] != out]
         return self.least + len(used)
 
-    @property
-    def plain(self) -> list[Mapping[str, float]]:
-        """Its shapes without what may be left out."""
-        absent = self.optional.items()
-        return [own for own in self.shapes if all(own[name] == out for name, out in absent)]
-
     def forget(self) -> None:
         """Let go of products; they are made again when asked for."""
         self._base.clear()

@@ -21,6 +21,7 @@ from flexhex.diagnosis.selection.evidence import (
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis
+from flexhex.diagnosis.selection.lookalike import beside_lookalike
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
 
@@ -105,7 +106,10 @@ def effect_score(
     evidence = fits[None].evidence
     price = max(float(evidence.max()) - mean_of(evidence), log(effect.choices))
     if hypotheses.searched(effect):
-        effect, fits, many = refined(moments, hypotheses, effect, fits, error)
+        beside = beside_lookalike(moments, hypotheses, effect)
+        there = fits if beside is moments else tried(beside, effect)
+        effect, fits, many = refined(beside, hypotheses, effect, there, error)
+        fits = fits if beside is moments else tried(moments, effect)
         price += many
         if ended(moments, hypotheses, effect, fits):
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)

@@ -29,7 +29,7 @@ from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors, ine
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis, Payload
 from flexhex.diagnosis.selection.moments import Moments, Term
-from flexhex.diagnosis.selection.parts import alone, in_parts, shape_left_out
+from flexhex.diagnosis.selection.parts import in_parts
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.scores import (
     Score,
@@ -204,17 +204,6 @@ class Search:
             if names == [score.hypothesis.id for score in self.known()]:
                 break
 
-    def completed(self) -> bool:
-        """Whether effects got the shapes back that were left out for a second one on their axis,
-        which nothing became."""
-        wholes = {id(a): whole for a in alone(self.accepted) if (whole := shape_left_out(a))}
-        for place, each in enumerate(list(self.accepted)):
-            if id(each) in wholes:
-                del self.accepted[place]
-                self.moments = self.moments.without(*self.terms.pop(place))
-                self.accept(replace(each, score=wholes[id(each)], fuller=()), place)
-        return bool(wholes)
-
     def _stands(self, place: int) -> bool:
         """Whether an effect still gains what it gained when it was accepted; a parameter does."""
         score, terms = self.accepted[place].score, self.terms[place]
@@ -228,7 +217,7 @@ class Search:
         self.moments = self.moments.without(*terms)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
-        accepted = self._whole(self._chosen(scores, before.round), scores)
+        accepted = self._chosen(scores, before.round)
         if accepted is None:
             return
         again = accepted.score.effect == before.score.effect

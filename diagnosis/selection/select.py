@@ -111,8 +111,6 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         accepted, scores = search.next(len(rounds) + 1)
         rounds.append(tuple(scores))
         if accepted is None:
-            if search.completed():
-                continue
             break
         if isinstance(accepted.score.hypothesis, Payload):
             return accepted.score.hypothesis.bench

@@ -17,7 +17,7 @@ COULOMB = 0.6
 """Friction torque [N m]."""
 
 
-@pytest.mark.parametrize(("within", "viscous"), [(0.03, 0.0), (0.01, 0.12)])
+@pytest.mark.parametrize(("within", "viscous"), [(0.03, 0.0), (0.03, 0.25), (0.05, 0.15)])
 def test_friction_that_turns_over_within_a_rate_leaves_nothing(
     planar: str, tmp_path: Path, within: float, viscous: float
 ) -> None:

@@ -140,6 +140,8 @@ class Effect:
     behind    the part of such an effect that acts after the reported torque; None: all of it
     size      parameter that says how large it is; "": its gains
     extends   id of the effect this becomes when all gains but the first are zero
+    imitates  id of the effect that wide values of its shapes imitate: they are chosen beside that
+              one
     limit     id of the effect this comes to at an end of its shape's range: a rival of that one
               only where it predicts better
     most      how many of it, with other shapes, one axis can have
@@ -171,6 +173,7 @@ class Effect:
     behind: Effect | None = None
     size: str = ""
     extends: str = ""
+    imitates: str = ""
     limit: str = ""
     most: int = 1
     turning: bool = False

@@ -34,9 +34,9 @@ SMOOTH = Shape(
     "v_0",
     "rad/s",
     low=0.0,
-    high=0.06,
+    high=0.2,
     start=0.0,
-    grid=(0.0, 0.003, 0.01, 0.03),
+    grid=(0.0, 0.003, 0.01, 0.03, 0.1),
     description="rate within which the torque turns over, as in a film of grease; 0 where left out",
     optional=True,
 )
@@ -57,6 +57,7 @@ class DryFriction(Effect):
     """
 
     states: tuple[State, ...] = (State("z_0", "1"),)
+    imitates = "viscous_friction"
 
     @property
     def grid(self) -> list[dict[str, float]]:
