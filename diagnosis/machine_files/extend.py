@@ -54,8 +54,9 @@ class AxisEstimates:
     estimates: Mapping[str, Estimate]
 
     def shape(self, effect: Effect) -> tuple[float, ...]:
-        """Values of its shapes in the library's order."""
-        return tuple(self.estimates[shape.name].value for shape in effect.shapes)
+        """Values of its shapes in the library's order, of those left out what that means."""
+        known = {name: estimate.value for name, estimate in self.estimates.items()}
+        return tuple(known.get(shape.name, shape.start) for shape in effect.shapes)
 
     def plus(self, other: AxisEstimates, effect: Effect) -> AxisEstimates:
         """The same effect with the gains of both."""
@@ -184,7 +185,8 @@ def _grown(known: list[Entry], effect: Effect, part: AxisEstimates) -> bool:
     for entry in known:
         axes = entry.get("axes", [0])
         tables = entry["parameters"]
-        shape = tuple(float(tables[s.name]["value"]) for s in effect.shapes if s.name in tables)
+        written = {name: table["value"] for name, table in tables.items()}
+        shape = tuple(float(written.get(s.name, s.start)) for s in effect.shapes)
         if entry["id"] != _id(effect) or part.axis not in axes or shape != part.shape(effect):
             continue
         grown = {name: dict(table) for name, table in tables.items()}
@@ -210,7 +212,7 @@ def _entry(named: Named, effect: Effect, parts: Sequence[AxisEstimates]) -> Entr
     for gain in effect.gains:
         estimates = [part.estimates[gain.name] for part in parts]
         tables[gain.name] = _table(estimates, bool(parts[0].axis), note)
-    for shape in effect.shapes:
+    for shape in (s for s in effect.shapes if s.name in parts[0].estimates):
         tables[shape.name] = _table([parts[0].estimates[shape.name]], False, "")
     axes = {"axes": [part.axis for part in parts]} if parts[0].axis else {}
     return {"id": _id(effect), **axes, "parameters": tables}

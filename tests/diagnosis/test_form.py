@@ -75,15 +75,16 @@ def test_friction_may_turn_over_within_several_angles(tmp_path: Path) -> None:
     """A share of it, up to all, within the next one of its grid that is twice as large."""
     hypotheses = Hypotheses(bench := bench_of(tmp_path, even), Rows.of(bench.model))
     friction = hypotheses.effect("coulomb_friction", 0)
-    grid = [shape["s_0"] for shape in friction.shapes]
-    assert hypotheses.blended(friction, {"s_0": grid[0]}) == {"s_0": grid[1]}
-    assert hypotheses.blended(friction, {"s_0": grid[-1]}) is None
+    grid = sorted({shape["s_0"] for shape in friction.shapes})
+    wider = hypotheses.blended(friction, {"s_0": grid[0], "v_0": 0.0})
+    assert wider == {"s_0": grid[1], "v_0": 0.0}
+    assert hypotheses.blended(friction, {"s_0": grid[-1], "v_0": 0.0}) is None
     drag = hypotheses.effect("quadratic_drag", 0)
     assert hypotheses.blended(drag, {}) is None
     score = Score(friction, 1.0, np.zeros(2), 0.1)
     term, gains = effect_term(hypotheses.moments, hypotheses, score), np.array([2.0])
     both = blended_term(hypotheses, score, term, gains)
-    other = hypotheses.columns(friction, friction.shapes[1])
+    other = hypotheses.columns(friction, wider)
     for name in ("raw", "white"):
         own, wanted = getattr(both, name)[0], getattr(other, name)[0][:, 0]
         np.testing.assert_allclose(own[:, 1], 2.0 * (wanted - own[:, 0]), atol=1e-12)
@@ -213,7 +214,7 @@ def test_exact_form_has_errors_as_large_as_one_coefficient_says() -> None:
 def test_friction_turns_when_the_motion_does(rate: float, tmp_path: Path) -> None:
     """Its column against the sign of the true rate, smoothed alike: no shift between them."""
     bench = bench_of(tmp_path, worn, step=round(1000.0 / rate))
-    columns = bench.thin("coulomb_friction", 0, {"s_0": 1e-6})
+    columns = bench.thin("coulomb_friction", 0, {"s_0": 1e-6, "v_0": 0.0})
     apart, slopes, step = list[Array](), list[Array](), 0.2 / rate
     for block, column in zip(bench.model.blocks, columns, strict=True):
         motion, number = block.run.motion, int(block.run.trajectory)

@@ -34,7 +34,7 @@ def friction_and_wave(q: Array, v: Array, a: Array) -> Array:
 @pytest.mark.parametrize("order", [1, -1])
 def test_largest_effect_is_named_first(order: int, tmp_path: Path) -> None:
     bench = bench_of(tmp_path, friction_and_wave)
-    shapes = {"coulomb_friction": {"s_0": 1e-4}, "cogging_harmonic": {"order": 29.0}}
+    shapes = {"coulomb_friction": {"s_0": 1e-4, "v_0": 0.0}, "cogging_harmonic": {"order": 29.0}}
     effects = [
         SelectedEffect(name, (Part.of(bench, name, 0, shape),))
         for name, shape in list(shapes.items())[::order]
@@ -46,12 +46,12 @@ def test_largest_effect_is_named_first(order: int, tmp_path: Path) -> None:
 def test_interval_of_a_positive_value_does_not_go_below_zero(tmp_path: Path) -> None:
     """A wave's sine and cosine may be anything; nothing is known of a shape without an interval."""
     bench = bench_of(tmp_path, friction_and_wave)
-    part = Part.of(bench, "coulomb_friction", 0, {"s_0": 1e-4})
+    part = Part.of(bench, "coulomb_friction", 0, {"s_0": 1e-4, "v_0": 0.0})
     fit = joint(bench, [SelectedEffect("coulomb_friction", (part,))])
 
     def told(deviation: float, **gains: Any) -> Joint:
         other = replace(fit)
-        shapes, bent = [{"s_0": deviation}], [{"s_0": 0.0}]
+        shapes, bent = [{"s_0": deviation, "v_0": 0.0}], [{"s_0": 0.0, "v_0": 0.0}]
         vars(other)["deviations"] = replace(fit.deviations, shapes=shapes, bent=bent, **gains)
         return other
 
@@ -86,7 +86,9 @@ def test_name_on_another_axis_may_be_the_right_one_here(
     base, run_set, _ = run_set_of(paths, [], None, Options(base=planar))
     model, _, _ = fitted(base, run_set.runs)
     bench = Bench(model, compiled(2, None, model.base.holds))
-    friction = tuple(Part.of(bench, "coulomb_friction", axis, {"s_0": 1e-4}) for axis in axes)
+    friction = tuple(
+        Part.of(bench, "coulomb_friction", axis, {"s_0": 1e-4, "v_0": 0.0}) for axis in axes
+    )
     offset = Part.of(bench, "torque_offset", 0, {}, rivals=("coulomb_friction",))
     effects = [
         SelectedEffect("coulomb_friction", friction),
