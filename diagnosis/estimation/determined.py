@@ -15,6 +15,7 @@ from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.regression.gram import safe_inverse
 from flexhex.diagnosis.result.estimates import Estimate, Parameter
 from flexhex.diagnosis.result.verdict import NORMAL
+from flexhex.diagnosis.runs.nominal import SURE
 
 Array = NDArray[np.float64]
 NARROWER, WIDER = 0.5, 10.0
@@ -23,9 +24,6 @@ was known of it, and would be with tolerances so much wider: else the file's oth
 SMALL = 0.05
 """or, where nothing was known, if its standard deviation makes less than this share of an axis'
 torque."""
-SURE = 3.0
-"""Standard deviations from which the runs contradict a value that a machine can have: it is theirs
-no longer."""
 UNSEEN = 1e-4
 """Share of a combination that lies where neither runs nor file say anything: it has no value."""
 

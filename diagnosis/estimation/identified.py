@@ -15,7 +15,7 @@ from flexhex.diagnosis.basemodels.robot_more import tolerance_of
 from flexhex.diagnosis.estimation import predicted
 from flexhex.diagnosis.estimation.changes import loaded, loosened
 from flexhex.diagnosis.estimation.collinear import grouped, pruned
-from flexhex.diagnosis.estimation.determined import SURE, Seen
+from flexhex.diagnosis.estimation.determined import Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.forward.simulation import simulation
@@ -27,6 +27,7 @@ from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.prepare import Given, Options, misfit, run_set_of
 from flexhex.diagnosis.result.verdict import LARGE
 from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.nominal import SURE
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.errors import LogError
 

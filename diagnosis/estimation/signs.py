@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexhex.diagnosis.estimation.determined import SURE
 from flexhex.diagnosis.estimation.estimate import Estimated
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.result.negative import HAVE, Asked, below_zero, rates_of
+from flexhex.diagnosis.runs.nominal import SURE
 
 
 def negative_values(estimated: Estimated) -> tuple[list[str], set[str]]:

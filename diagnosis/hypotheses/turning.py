@@ -58,11 +58,8 @@ def states_along(
     if not item.by_way:
         return states
     before, after, result = states[1:-2:2], states[3::2], states[::2].copy()
-    means, late = result[1:-1], motion.turning[1:-1, axis]
-    np.add(before, after, out=means)
-    means /= 2
-    turns = np.flatnonzero(late)
-    means[turns] += late[turns, None] * (before[turns] - after[turns])
+    late = motion.turning[1:-1, axis, None]
+    result[1:-1] = (0.5 + late) * before + (0.5 - late) * after
     held = motion.held[axis]
     if len(held.samples):
         share = held.share[:, None]

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.answer import Joint
 from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.runs.noise import pairs
-from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
 BINS, FINEST = 24, 240
@@ -124,24 +122,14 @@ def _spectrum(
     """Amplitude density [N m / sqrt(Hz)] of what repeats."""
     model = fit.bench.model
     spacing = float(np.median(np.diff(model.blocks[0].at)))
+    from scipy.signal import welch  # takes long to load
+
     sides, f = [], np.zeros(0)
     for side in (before, after):
         long = [v[:, axis] for _, v in side if len(v) >= SEGMENT]
-        parts = [density(v, spacing) for v in long]
+        parts = [welch(v, 1 / spacing, nperseg=SEGMENT) for v in long]
         if not parts:
             return Map(axis + 1, "frequency", "Hz", f, f, f, f)
-        f = np.asarray(np.fft.rfftfreq(SEGMENT, spacing))
-        sides.append(np.sqrt(np.mean(parts, axis=0)))
+        f = parts[0][0]
+        sides.append(np.sqrt(np.mean([p for _, p in parts], axis=0)))
     return Map(axis + 1, "frequency", "Hz", f[1:], sides[0][1:], sides[1][1:], 0 * f[1:])
-
-
-def density(values: Array, spacing: float) -> Array:
-    """Power density (frequencies,) of values [N m] every spacing [s]: mean of segments that overlap
-    by half, each without its mean and under a Hann window [P. D. Welch, IEEE Trans. Audio 1967]."""
-    window = hann(SEGMENT)
-    parts = sliding_window_view(values, SEGMENT)[:: SEGMENT // 2]
-    spectrum = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * window)
-    squares = (np.abs(spectrum) ** 2).mean(axis=0) * spacing / (window @ window)
-    # each stands for its negative frequency, too
-    squares[1:-1] *= 2
-    return np.asarray(squares)

@@ -19,12 +19,9 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.runs.arrangements import Arrangement, Seen, turned
-from flexhex.diagnosis.runs.nominal import NEARLY, beside_friction, nominal_torque
+from flexhex.diagnosis.runs.nominal import NEARLY, SURE, beside_friction, nominal_torque
 
 Array = NDArray[np.float64]
-SURE = 3.0
-"""Standard deviations that make a value sure, as in `estimation.determined`. A share of -1 is 8 of
-them away from 0 on the first axis of a measured UR10e, 17 of a TX40."""
 ROUNDS = 4
 """Fits, each of which weights the axes by what the one before leaves of them."""
 CLUSTERS = 30

@@ -14,6 +14,8 @@ from flexhex.diagnosis.runs.arrangements import Seen
 Array = NDArray[np.float64]
 NEARLY = 2.0
 """Factor by which the nominal torque may be wrong."""
+SURE = 3.0
+"""Standard deviations from which runs contradict a value."""
 SHARP = (0.005, 0.05, 0.5)
 """Rates, relative to their RMS, at which dry friction is there: a sum of these is friction that
 grows from rest in any way."""

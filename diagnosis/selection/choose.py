@@ -24,6 +24,7 @@ from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import Tried, evidences
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+from flexhex.diagnosis.selection.lookalike import beside_lookalike
 from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import (
     Score,
@@ -105,7 +106,8 @@ def effect_scores(
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
                 error = criteria.error_of(effect.exact)
-                scores.append(effect_score(moments, hypotheses, effect, fits, error))
+                beside = beside_lookalike(moments, hypotheses, effect, own)
+                scores.append(effect_score(moments, hypotheses, effect, fits, error, beside))
     return scores
 
 

@@ -6,18 +6,23 @@ friction. Chosen where that is not in the model yet, the rate would stand for it
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from flexhex.diagnosis.selection.evidence import free
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments, Term
 
 
-def beside_lookalike(moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis) -> Moments:
-    """A model with what wide shapes of an effect look like on its axis; itself, if that is nothing
-    that the axis may lack. The last one is kept: effects of an axis want the same."""
+def beside_lookalike(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, there: Collection[str]
+) -> Moments:
+    """A model with the effect that wide shapes of another one look like on its axis; the model
+    itself where the axis cannot lack that, or has it (`there`: ids of what was accepted on it). The
+    last one is kept: effects of an axis want the same."""
     item = hypotheses.bench.effects.get(effect.id)
     key = item.effect.imitates if item else "", effect.axis
-    if key[0] not in hypotheses.bench.names(effect.axis):
+    if key[0] in there or key[0] not in hypotheses.bench.names(effect.axis):
         return moments
     if key not in hypotheses.imitated:
         hypotheses.imitated[key] = _term(moments, hypotheses, hypotheses.effect(*key))

@@ -21,7 +21,6 @@ from flexhex.diagnosis.selection.evidence import (
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis
-from flexhex.diagnosis.selection.lookalike import beside_lookalike
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
 
@@ -101,12 +100,13 @@ def effect_score(
     effect: EffectHypothesis,
     fits: Mapping[Left, Tried],
     error: float,
+    beside: Moments,
 ) -> Score:
-    """An effect with its best shape, on left-out folds; error: of its form, relative."""
+    """An effect with its best shape, on left-out folds; error: of its form, relative; beside: the
+    model in which that shape is chosen, see `lookalike.py`."""
     evidence = fits[None].evidence
     price = max(float(evidence.max()) - mean_of(evidence), log(effect.choices))
     if hypotheses.searched(effect):
-        beside = beside_lookalike(moments, hypotheses, effect)
         there = fits if beside is moments else tried(beside, effect)
         effect, fits, many = refined(beside, hypotheses, effect, there, error)
         fits = fits if beside is moments else tried(moments, effect)

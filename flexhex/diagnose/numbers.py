@@ -22,6 +22,12 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{max(place, 0)}f}"
 
 
+def settled(e: Estimate) -> float:
+    """The value, or 0 where it is less than a thousandth of its interval: noise of the fit."""
+    half = 0.5 * (e.ci95[1] - e.ci95[0])
+    return e.value if abs(e.value) > 1e-3 * half else 0.0
+
+
 def measured(e: Estimate) -> str:
     """`0.050 ± 0.003 N m`, `(3.7 ± 0.3)e-5 s`: the digits are those of the interval; unit 1 is left
     out."""

@@ -15,7 +15,7 @@ from rich.console import Console
 from flexhex.diagnose.changes import allowed, felt
 from flexhex.diagnose.effects import EFFECTS, Rows, effect_rows, rivalry, undetermined
 from flexhex.diagnose.next import Invocation, next_steps
-from flexhex.diagnose.numbers import number, percent
+from flexhex.diagnose.numbers import number, percent, settled
 from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
@@ -93,7 +93,7 @@ def parameter_rows(diagnosis: Diagnosis) -> Rows:
         known = all(math.isfinite(v) for v in e.ci95)
         interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}" if known else "any"
         name = one.name if one.determined else f"{one.name} (not determined)"
-        rows.append((name, number(e.value, 4) if known else "", interval, printed(e.unit)))
+        rows.append((name, number(settled(e), 4) if known else "", interval, printed(e.unit)))
     return rows
 
 

@@ -52,8 +52,8 @@ def simulation_parts(told: Simulation, called: str) -> list[Part]:
 def sentences(told: Simulation) -> list[str]:
     """What a reader of the table must know."""
     texts = [
-        "Each window begins at the measured position and rate. `constant rate`: the rate goes on; a"
-        f" model is worth what it leaves less.{NO_FRICTION if told.file else ''}"
+        "Each window begins at the measured position and rate. `constant rate` keeps that rate: a"
+        f" model that is worth something leaves less.{NO_FRICTION if told.file else ''}"
     ]
     texts += [_diverged(told, name, m) for name, m in told.models.items() if m.diverged]
     if told.why:
@@ -66,7 +66,7 @@ def sentences(told: Simulation) -> list[str]:
 def _diverged(told: Simulation, name: str, model: Model) -> str:
     return (
         f"{WHOSE.get(name, NAMES[name]).capitalize()} {model.diverged} of {told.windows} windows"
-        f" diverged, the first after {model.first:.2g} s: farther off than the axis moves at all."
+        f" diverged, the first after {model.first:.2g} s: farther off than the axis' whole range."
     )
 
 

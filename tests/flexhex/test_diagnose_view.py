@@ -15,7 +15,7 @@ from rich.console import Console
 from flexhex.diagnose.changes import allowed
 from flexhex.diagnose.effects import effect_rows, undetermined
 from flexhex.diagnose.next import Invocation
-from flexhex.diagnose.numbers import listed, measured, number, percent
+from flexhex.diagnose.numbers import listed, measured, number, percent, settled
 from flexhex.diagnose.page import write_diagnosis
 from flexhex.diagnose.view import (
     closed,
@@ -72,6 +72,14 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
 )
 def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, text: str) -> None:
     assert measured(estimate(value, half, unit)) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "kept"),
+    [(-1.015e-16, 0.0016, 0.0), (3.3e-5, 0.0016, 3.3e-5)],
+)
+def test_value_beside_its_interval_has_no_noise(value: float, half: float, kept: float) -> None:
+    assert settled(Estimate(value, (value - half, value + half), "m")) == kept
 
 
 def test_lopsided_interval_is_given_by_its_ends() -> None:

@@ -40,6 +40,8 @@ SMOOTH = Shape(
     description="rate within which the torque turns over, as in a film of grease; 0 where left out",
     optional=True,
 )
+"""With half of this range or twice as much the names and values of four simulated machines stay as
+they are; with half, one of them is taken for Stribeck friction as well."""
 STILL = 1e-12
 """Sum of rates [rad/s] at which nothing moves."""
 SLOW = Experiment("triangle", {"speed": 0.05, "amplitude": 0.19})

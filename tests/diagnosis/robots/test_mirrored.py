@@ -13,8 +13,6 @@ from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.robot_file import read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
-from flexhex.diagnosis.estimation import determined
-from flexhex.diagnosis.runs import mirrored
 from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from tests.diagnosis.estimation.machines import inverse, moved
@@ -66,10 +64,6 @@ def said(
         folder / "arm.xml", read_robot(folder / "arm.xml", (), N), RobotTolerance(), TS
     )
     return mispaired(base, runs), doubtful(base, runs)
-
-
-def test_what_is_sure_is_so_everywhere() -> None:
-    assert mirrored.SURE == determined.SURE
 
 
 RIGHT, FIRST = (1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)
