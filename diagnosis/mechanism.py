@@ -11,6 +11,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled
 from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside
 from flexhex.diagnosis.jointfit.guard import moved, without_bent_delay, without_lags
+from flexhex.diagnosis.jointfit.lagging import with_lag
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of
 from flexhex.diagnosis.runs.blocks import Run
@@ -54,6 +55,15 @@ def mechanism(
             break
         model = settled
     side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
+    # a single axis whose drive lags looks like a log whose torques are late
+    lagging = with_lag(side.fit, least[0])
+    if lagging is not None:
+        left, freedom = now.left, now.freedom
+        now.bench.forget()
+        now = found(Bench(lagging, known), judged, say)
+        simpler = (now.left <= left).all() and now.freedom <= freedom
+        if simpler or np.nanprod((now.left / left) ** 2) < EXPLAINED:
+            side, before = now.side, before_of(now.bench.model, now.others)
     if not side.remains:
         return before, side
     # what has no name bends a delay, and a bent delay leaves something on axes that lack nothing; a

@@ -22,6 +22,7 @@ from flexhex.diagnosis.estimation.friction import Form
 from flexhex.diagnosis.estimation.machine_values import possible_values
 from flexhex.diagnosis.estimation.uncertainty import covariance
 from flexhex.diagnosis.estimation.weights import even, first_weights, levelled
+from flexhex.diagnosis.jointfit.fit import held
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.jointfit.smoothed import fitted
@@ -91,6 +92,9 @@ def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tup
     more = more or Extras()
     model, _, done = fitted(base, runs)
     model = about_known(model.base, model.blocks, model.fitted, first_weights(model))
+    if base.n == 1 and more.lag > 0:
+        # nothing would tell it from a delay of the logs
+        model = held(model, 0.0, more.lag)
     return _estimated(model, more), done
 
 

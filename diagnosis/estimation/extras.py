@@ -67,6 +67,11 @@ class Extras:
     changed: tuple[Change, ...] = ()
     last: int = 0
 
+    @property
+    def lag(self) -> float:
+        """Lag or delay of the drive of a single axis [s], 0 for none."""
+        return next((one.gains[0] for one in self.listed if one.effect.line), 0.0)
+
     def beside(self, friction: Sequence[Known]) -> list[Known]:
         """Parameters of friction without those that an effect has in its gains."""
         twice = {

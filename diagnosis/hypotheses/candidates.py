@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.misread import Misread
 from flexhex.diagnosis.hypotheses.scales import Scales
-from flexhex.diagnosis.hypotheses.signals import entering, passed_on, signals_of
+from flexhex.diagnosis.hypotheses.signals import entering, late, passed_on, signals_of
 from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns
@@ -60,7 +60,8 @@ class Bench:
 
     def _elsewhere(self, place: str) -> list[Array]:
         if place not in self._torques:
-            self._torques[place] = {"drive": entering, "link": passed_on}[place](self.model)
+            made = {"drive": entering, "link": passed_on}.get(place, partial(late, line=place))
+            self._torques[place] = made(self.model)
         return self._torques[place]
 
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
@@ -196,6 +197,7 @@ class Bench:
         the torque is the one that it acts on. halvings: of the samples of `Block.fewer`."""
         effect = item.effect
         place = "drive" if effect.entered else "link" if effect.geared else ""
+        place = effect.line if self.model.fitted.lag else place
         # a torque takes longest to make: what does not go with it does without, until it is there
         kind = axis, item.alone, place, halvings, not item.moved or True in self._signals
         if kind not in self._kept:

@@ -54,6 +54,33 @@ def entering(model: Calibrated) -> list[Array]:
     return reported
 
 
+def late(model: Calibrated, line: str) -> list[Array]:
+    """Torques that drives pass on which lag, or are late, by the time of the fit, and what the
+    reported ones are more, per second of that (samples, n, 2), of each block."""
+    passed = []
+    for block, reported in zip(model.blocks, entering(model), strict=True):
+        torque, time = reported[:, :, 0], block.run.motion.time
+        if line == "lag":
+            joint = lagging(torque, model.fitted.lag, block.run.motion.ts)
+        else:
+            own = [np.interp(time - model.fitted.lag, time, v) for v in torque.T]
+            joint = np.stack(own, axis=1)
+        passed.append(np.stack([joint, (torque - joint) / model.fitted.lag], axis=2))
+    return passed
+
+
+def lagging(values: Array, lag: float, ts: float) -> Array:
+    """What a first-order lag [s] lets pass of values (samples, n) every ts [s] with straight lines
+    between them."""
+    from scipy.signal import lfilter, lfilter_zi  # takes long to load
+
+    kept = np.exp(-ts / lag)
+    mean = (1 - kept) * lag / ts
+    filters = [1 - mean, mean - kept], [1, -kept]
+    begun = lfilter_zi(*filters)[:, None] * values[:1]
+    return np.asarray(lfilter(*filters, values, axis=0, zi=begun)[0])
+
+
 def passed_on(model: Calibrated) -> list[Array]:
     """Accelerations, reported torques less those of the rotors, and their rates (samples, n, 3), of
     each block: what springs behind the rotors feel, in whichever way these let the links swing; as

@@ -93,6 +93,15 @@ def _tolerance(base: Base, blocks: Sequence[Block]) -> float:
     return base.late * max(block.run.tau.ts for block in blocks)
 
 
+def held(model: Calibrated, delay: float, lag: float = 0.0) -> Calibrated:
+    """The base model with a delay of the torques [s] and no freedom for another one; lag: about
+    which one of the drive is taken [s]."""
+    late = HELD * _tolerance(model.base, model.blocks)
+    fitted = replace(model.fitted, delay=delay, expected=delay, late=late, lag=lag)
+    now = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
+    return now.as_sure(model)
+
+
 def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     """The base model fitted to the same runs anew, from its values on; they carry other payloads
     now."""
@@ -211,4 +220,4 @@ def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
     widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
     loads = {load.name: step[model.places(load)] for load in model.loads}
-    return Fitted(p, gains, widths, delay, now.late, loads, now.expected)
+    return Fitted(p, gains, widths, delay, now.late, loads, now.expected, now.lag)

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again
-from flexhex.diagnosis.jointfit.fit import EXPLAINED, HELD, beside
-from flexhex.diagnosis.jointfit.known import about_known
+from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside, held
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.jointfit.rubbed import friction
 from flexhex.diagnosis.kinds import axes_named
@@ -111,12 +110,12 @@ def without_bent_delay(fit: Joint, deviations: float, least: float) -> Calibrate
     delay = _asked_by_axes_that_fit(fit, least)
     if abs(delay - late) < deviation:
         return None
-    held = _held(fit, delay)
-    alone = again(fit, Bench(held, list(fit.bench.effects.values())))
+    model = held(fit.bench.model, delay)
+    alone = again(fit, Bench(model, list(fit.bench.effects.values())))
     after, before = (
         np.maximum(left_rms(f), least * f.bench.model.torque_rms) for f in (fit, alone)
     )
-    return None if np.prod((after / before) ** 2) < EXPLAINED else held
+    return None if np.prod((after / before) ** 2) < EXPLAINED else model
 
 
 def without_lags(fit: Joint, deviations: float) -> Calibrated | None:
@@ -131,7 +130,7 @@ def without_lags(fit: Joint, deviations: float) -> Calibrated | None:
         return None
     asked = [delay_of(_weighed(fit, own)) for own in np.where(np.eye(fit.bench.n), 1.0, SILENT)]
     ahead = [one for one, own in asked if one - late > deviations * np.hypot(own, deviation)]
-    return _held(fit, max(ahead)) if ahead else None
+    return held(fit.bench.model, max(ahead)) if ahead else None
 
 
 def _asked_by_axes_that_fit(fit: Joint, least: float) -> float:
@@ -143,15 +142,6 @@ def _asked_by_axes_that_fit(fit: Joint, least: float) -> float:
         fit = _weighed(fit, np.array([float(np.sqrt((own**2).mean())) for own in left]))
     fits = left_rms(fit) < least * fit.bench.model.torque_rms
     return delay_of(fit)[0] if fits.any() else 0.0
-
-
-def _held(fit: Joint, delay: float) -> Calibrated:
-    """The base model of a fit with a delay of the torques [s] and no freedom for another one."""
-    model = fit.bench.model
-    late = HELD * model.fitted.late
-    fitted = replace(model.fitted, delay=delay, expected=delay, late=late)
-    held = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
-    return held.as_sure(model)
 
 
 def _weighed(fit: Joint, times: Array) -> Joint:
@@ -177,7 +167,7 @@ def delay_of(fit: Joint) -> tuple[float, float]:
     return float(model.fitted.expected + fit.q[place] * scale), float(deviation * scale)
 
 
-def _clear(fit: Joint, deviations: float) -> bool:
+def clear(fit: Joint, deviations: float) -> bool:
     """Whether the torques' common delay is worth a word and stands above zero."""
     late, deviation = delay_of(fit)
     # a motion turns somewhere within a sample, and friction with it: less is no delay
@@ -190,10 +180,10 @@ def delayed(fit: Joint, deviations: float) -> str:
     base model takes friction and cogging for a part of one. deviations: standard errors that it
     must stand above zero."""
     model = fit.bench.model
-    if _clear(fit, deviations):
+    if clear(fit, deviations):
         # its tangent stood at the delay of the first fit
         fit = again(fit, Bench(beside(fit), list(fit.bench.effects.values())))
-    if not _clear(fit, deviations):
+    if not clear(fit, deviations):
         return ""
     late, _ = delay_of(fit)
     where = " on all axes" if model.base.n > 1 else ""

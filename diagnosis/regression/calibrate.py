@@ -35,7 +35,8 @@ STRETCHES = 4
 class Fitted:
     """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
     tolerance late [s] about the one that is expected [s], and the linear ones p, gains that they
-    belong to; loads: what payloads add to p, by their name."""
+    belong to; loads: what payloads add to p, by their name. lag: about which a lag or a delay of
+    the drive is taken [s]; 0: about none."""
 
     p: Array
     gains: Array
@@ -44,6 +45,7 @@ class Fitted:
     late: float
     loads: Mapping[str, Array] = field(default_factory=dict)
     expected: float = 0.0
+    lag: float = 0.0
 
     def wider(self, before: Fitted) -> float:
         """The largest change of a width since other values, relative."""

@@ -61,6 +61,11 @@ class Found:
         freed = self.side.fit.freed if self.selection.moved_places else {}
         return joint(self.bench, grouped(self.bench, effects), freed) if effects else None
 
+    @property
+    def freedom(self) -> int:
+        """Numbers that these effects may choose."""
+        return sum(e.score.hypothesis.freedom for e in self.selection.effects)
+
     @cached_property
     def left(self) -> Array:
         """RMS (n,) of what repeats beside all these, or as much as is worth a word [N m]."""

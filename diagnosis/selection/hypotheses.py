@@ -190,7 +190,7 @@ class Hypotheses:
             high,
             item.freedom,
             effect.extends,
-            effect.exact,
+            effect.exact or bool(effect.line and self.bench.model.fitted.lag),
             effect.most,
             {s.name: s.start for s in effect.shapes if s.optional},
             taken=taken if effect.entered else None,
