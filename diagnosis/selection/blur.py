@@ -105,17 +105,16 @@ class Blur:
 
 
 def felt(score: Score, left: Mapping[Axis, float], alike: Callable[[Score], float]) -> float:
-    """Of what errors have left on each axis [nats], what a hypothesis may gain by it: of those on
-    its axis as far as it is alike, of those on other axes as far as it is felt there, and no more
-    than it gains there."""
+    """Of what errors have left on each axis [nats], what a hypothesis may gain by it: as far as it
+    is felt there, of those on its axis as far as it is alike, of those on other axes no more than
+    it gains there."""
     axis = score.hypothesis.axis
 
     def gained(other: Axis, own: float) -> float:
         if axis is None or other is None:
             return own
-        if other == axis:
-            return alike(score) * own
-        return score.spread[other] * min(own, score.gain) if score.spread else 0.0
+        share = score.spread[other] if score.spread else float(other == axis)
+        return share * (alike(score) * own if other == axis else min(own, score.gain))
 
     return sum(gained(other, own) for other, own in left.items() if own > 0)
 

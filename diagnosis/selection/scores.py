@@ -23,6 +23,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.refine import ended, refined
+from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 
@@ -134,11 +135,13 @@ def _scored(
     white = {i: own @ gains for i, own in columns.white.items()}
     cross = moments.pulled({i: rows.across(own) for i, own in white.items()})
     taken_up = moments.fit(None).solve(cross)
-    size = size_of(moments, -taken_up, torque)
+    sizes = sizes_of(moments, -taken_up, torque)
     still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
-    spread = spread_of(moments, -taken_up, effect.axis, size) if moments.terms else ()
+    spread = spread_of(rows, sizes) if moments.terms and effect.axis is not None else ()
     often = doubt_of(moments, -taken_up, white)
-    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still, spread, often)
+    return Score(
+        effect, *evidences(fits, rows.folds), float(sizes.max()), shape, still, spread, often
+    )
 
 
 def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
@@ -207,13 +210,15 @@ def torque_beyond(moments: Moments, hypotheses: Hypotheses, score: Score) -> Arr
     return np.asarray(white[effect.axis] - moments.white(effect.axis, step))
 
 
-def spread_of(moments: Moments, step: Array, axis: Axis, size: float) -> tuple[float, ...]:
-    """Of each axis the share of squares, beside the noise, of a torque of an axis with this size
-    together with a step (m,) of the coefficients of the model."""
-    if axis is None:
-        return ()
-    rows = moments.rows
-    relative = moments.sizes(step) / rows.torque_rms
-    relative[axis] = size
-    squares = (relative * rows.white_rms) ** 2
+def sizes_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> Array:
+    """The same on every axis (n,): what takes up a torque on one makes some on others."""
+    sizes = moments.sizes(step) / moments.rows.torque_rms
+    for i, own in torque.items():
+        sizes[i] = size_of(moments, step, {i: own})
+    return np.asarray(sizes)
+
+
+def spread_of(rows: Rows, sizes: Array) -> tuple[float, ...]:
+    """Of each axis the share of squares, beside the noise, of a torque of these relative sizes."""
+    squares = (sizes * rows.white_rms) ** 2
     return tuple((squares / max(float(squares.sum()), np.finfo(float).tiny)).tolist())
