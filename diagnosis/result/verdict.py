@@ -88,12 +88,17 @@ class Changed:
 
 @dataclass(frozen=True)
 class Tolerated(Changed):
-    """A parameter that differs from the machine file no more than its tolerance (one standard
-    deviation) allows, and the share of an axis' torque (from 1) that the difference makes."""
+    """A parameter that differs from the machine file but is no finding, its tolerance (one standard
+    deviation), and the share of an axis' torque (from 1) that the difference makes."""
 
     tolerance: float = math.inf
     axis: int = 1
     share: float = 0.0
+
+    @property
+    def off(self) -> float:
+        """By how many tolerances it differs."""
+        return abs(self.estimate.value - self.nominal) / self.tolerance
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""

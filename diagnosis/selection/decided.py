@@ -11,6 +11,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import Changed, Named
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.side import Side
+from flexhex.diagnosis.selection.unrefuted import OTHERS
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,10 @@ def verdict_of(
             )
             return "changed" if changed else "cannot tell"
         return "unknown"
+    if not changed and OTHERS in notes:
+        notes.remove(OTHERS)
+        notes.append(f"{OTHERS}: give some of these as runs of the fit, too")
+        return "cannot tell"
     unconfirmed = any(side.unconfirmed for side in sides)
     return "changed" if changed else "cannot tell" if unconfirmed else "none"
 

@@ -39,6 +39,8 @@ from flexhex.diagnosis.selection.scores import (
 )
 
 Array = NDArray[np.float64]
+MOSTLY = 0.5
+"""Share of its squares with which an effect is felt most on another axis than its own."""
 
 
 @dataclass
@@ -231,8 +233,15 @@ def _sure(moments: Moments, terms: Sequence[tuple[Term, ...]]) -> bool:
 
 
 def _wider(accepted: Accepted | None, listed: Sequence[Score]) -> set[Axis]:
-    """Axes of effects that gain more than what would be accepted, but were not shown beside an
-    earlier model, if several axes feel them: they may be the cause of it."""
-    most = np.inf if accepted is None else accepted.score.gain
-    own = ((s.gain, s.hypothesis) for s in listed if isinstance(s.hypothesis, EffectHypothesis))
-    return {hypothesis.axis for gain, hypothesis in own if gain > most and hypothesis.felt[1:]}
+    """Axes of effects that may be the cause of what would be accepted, but were scored beside an
+    earlier model: those that gain more, if several axes feel them, and those that base parameters
+    make up for on their own axis, so that they are felt on this one."""
+    if accepted is None:
+        return set()
+    axes, place = set[Axis](), accepted.score.hypothesis.axis
+    for score in listed:
+        if isinstance(own := score.hypothesis, EffectHypothesis):
+            wide = score.gain > accepted.score.gain and own.felt[1:]
+            there = place is not None and score.spread and score.spread[place] > MOSTLY
+            axes |= {own.axis} if wide or there else set()
+    return axes

@@ -20,6 +20,8 @@ from flexhex.diagnosis.selection.validated import Predicted, unpredicted
 
 Array = NDArray[np.float64]
 Bodies = Sequence[tuple[int, ...]]
+OTHERS = "other parameters would fit, but the held-out runs become worse"
+"""Said of parameters that left their tolerances, but must not."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,7 @@ def _less(
     effects, fit = firm(bench, now.effects, criteria, {}, listed)
     if not whole and better(now.fit, fit, others, WORSE):
         return None
-    note = "other parameters would fit, but the held-out runs become worse"
-    return Fitted(effects, fit, (), {}, now.refused, (*now.notes, note))
+    return Fitted(effects, fit, (), {}, now.refused, (*now.notes, OTHERS))
 
 
 def said_of(refused: Sequence[Accepted]) -> list[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from flexhex.diagnose.numbers import listed, measured, number
 from flexhex.diagnose.sizes import SEVERAL
 from flexhex.diagnose.titles import effort
 from flexhex.diagnosis.kinds import with_unit
-from flexhex.diagnosis.result.verdict import Changed, Diagnosis
+from flexhex.diagnosis.result.verdict import NORMAL, Changed, Diagnosis, Tolerated
 
 MEANINGS = {"gravity": " (the machine is tilted about this axis of its foot)"}
 """What parameters mean of which the name alone says little, by its first word."""
@@ -28,17 +29,27 @@ def other_values(diagnosis: Diagnosis) -> list[str]:
 
 
 def allowed(diagnosis: Diagnosis) -> list[str]:
-    """A sentence on what is no finding, as tolerances allow it, though it makes a torque."""
+    """Sentences on what is no finding though it makes a torque: what tolerances allow, and what is
+    beyond them, but does not stand out by itself."""
+    inside = [one for one in diagnosis.tolerated if one.off <= NORMAL]
+    beyond = [one for one in diagnosis.tolerated if one.off > NORMAL]
+    return [
+        *_tolerated(diagnosis, "No finding, as the tolerances allow it", inside),
+        *_tolerated(diagnosis, "Beyond the tolerance, but no finding by itself", beyond),
+    ]
+
+
+def _tolerated(diagnosis: Diagnosis, said: str, those: Sequence[Tolerated]) -> list[str]:
     parts = []
-    for one in diagnosis.tolerated[:SEVERAL]:
+    for one in those[:SEVERAL]:
         means = MEANINGS.get(one.parameter.split(".")[0], "")
         tolerance = with_unit(f"{one.tolerance:.3g}", one.estimate.unit)
         value = f"{one.parameter}{means} is {measured(one.estimate)}, tolerance {tolerance}"
         of = f"{effort([diagnosis.residual.units[one.axis - 1]])} of axis {one.axis}"
         parts.append(f"{value}, which makes {number(100 * one.share, 2)} % of the {of}")
-    if (more := len(diagnosis.tolerated) - SEVERAL) > 0:
+    if (more := len(those) - SEVERAL) > 0:
         parts.append(f"{more} more, which make less")
-    return [f"No finding, as the tolerances allow it: {'; '.join(parts)}."] if parts else []
+    return [f"{said}: {'; '.join(parts)}."] if parts else []
 
 
 def felt(diagnosis: Diagnosis) -> list[Changed]:

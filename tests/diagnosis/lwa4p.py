@@ -25,13 +25,15 @@ TS, THICK = 0.004, 0.05
 @dataclass(frozen=True)
 class Link:
     """at (3,) [m], rpy (3,) [rad]: its frame in the link before; it turns about its own z axis, or
-    slides along it. centre (3,) [m] of its mass [kg], in its own frame."""
+    slides along it. centre (3,) [m] of its mass [kg], in its own frame; thick: radius of
+    gyration about that [m]."""
 
     at: Three
     rpy: Three
     mass: float
     centre: Three
     slides: bool = False
+    thick: float = THICK
 
 
 ARM = (
@@ -49,7 +51,7 @@ def urdf(links: Sequence[Link]) -> str:
     """A URDF of serial links link_1, link_2, ... on a foot."""
     text = ""
     for k, link in enumerate(links, start=1):
-        J, kind = link.mass * THICK**2, "prismatic" if link.slides else "continuous"
+        J, kind = link.mass * link.thick**2, "prismatic" if link.slides else "continuous"
         limit = '<limit lower="-9" upper="9" effort="0" velocity="0"/>' if link.slides else ""
         text += (
             f'<link name="link_{k}"><inertial><origin xyz="{_three(link.centre)}"/>'

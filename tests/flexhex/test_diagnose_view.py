@@ -103,12 +103,12 @@ def test_effect_has_a_row_for_each_place() -> None:
 
 
 def test_what_tolerances_allow_is_said_with_what_it_makes(tmp_path: Path) -> None:
-    """In terminal, page and JSON; beyond a few how many more there are."""
-    tilt = Tolerated("gravity.x", 0.0, estimate(0.0081, 0.0002, "rad"), (), 0.002, 1, 0.042)
+    """In terminal, page and JSON; beyond a few how many more there are; what they do not allow."""
+    tilt = Tolerated("gravity.x", 0.0, estimate(0.0031, 0.0002, "rad"), (), 0.002, 1, 0.042)
     diagnosis = replace(BASIC, tolerated=(tilt,))
     said = (
         "No finding, as the tolerances allow it: gravity.x (the machine is tilted about this axis"
-        " of its foot) is 0.0081 ± 0.0002 rad, tolerance 0.002 rad, which makes 4.2 % of the"
+        " of its foot) is 0.0031 ± 0.0002 rad, tolerance 0.002 rad, which makes 4.2 % of the"
         " torque of axis 1."
     )
     assert allowed(diagnosis) == [said]
@@ -120,6 +120,10 @@ def test_what_tolerances_allow_is_said_with_what_it_makes(tmp_path: Path) -> Non
     (data,) = diagnosis.data()["tolerated"]
     assert (data["parameter"], data["tolerance"], data["axis"]) == ("gravity.x", 0.002, 1)
     assert allowed(replace(BASIC, tolerated=(tilt,) * 5))[0].endswith("; 2 more, which make less.")
+    far = replace(tilt, estimate=estimate(0.0081, 0.0002, "rad"))
+    inside, beyond = allowed(replace(BASIC, tolerated=(tilt, far)))
+    assert inside == said
+    assert beyond.startswith("Beyond the tolerance, but no finding by itself: gravity.x (")
     assert not allowed(BASIC)
 
 
