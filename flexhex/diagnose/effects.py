@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.result.estimates import Estimate
 from flexhex.diagnosis.result.verdict import Diagnosis
+from flexhex.fmus.common.effects import library
 from flexhex.output.tables import printed
 
 EFFECTS = ("effect", "where", "parameters, 95 %", "explains")
@@ -23,11 +25,18 @@ def effect_rows(diagnosis: Diagnosis) -> Rows:
         name, share = title(e.id) + (" *" if e.rivals else ""), percent(e.share)
         for axis, estimates in e.parts or ((0, e.parameters),):
             told = {key: v for key, v in estimates.items() if v.told and _determined(v)}
-            known = [f"{key} = {measured(v)}" for key, v in told.items()]
+            known = [f"{key} = {_in_words(e.id, key, v) or measured(v)}" for key, v in told.items()]
             place = where((axis,) if axis else e.axes, short=True)
             rows.append((name, place, ", ".join(known), share))
             name = share = ""
     return rows
+
+
+def _in_words(effect: str, key: str, value: Estimate) -> str:
+    """A shape whose whole numbers mean something: `axis 2`."""
+    shapes = library()[effect].shapes if effect in library() else ()
+    name = re.split(r"[\[#]", key)[0]
+    return next((shape.said(value.value) for shape in shapes if shape.name == name), "")
 
 
 def undetermined(diagnosis: Diagnosis) -> list[str]:

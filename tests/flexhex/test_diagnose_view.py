@@ -17,6 +17,7 @@ from flexhex.diagnose.effects import effect_rows, undetermined
 from flexhex.diagnose.next import Invocation
 from flexhex.diagnose.numbers import listed, measured, number, percent, settled
 from flexhex.diagnose.page import write_diagnosis
+from flexhex.diagnose.sizes import sizes
 from flexhex.diagnose.view import (
     closed,
     diagnosis_json,
@@ -100,6 +101,17 @@ def test_effect_has_a_row_for_each_place() -> None:
     ((_, place, values, _),) = effect_rows(replace(BASIC, effects=(whole,)))
     assert place == "whole"
     assert all(f"{name} = " in values for name in whole.parameters)
+
+
+def test_whole_numbers_that_mean_something_are_said_in_words() -> None:
+    values = {"C": estimate(-0.19, 0.02, "N m"), "source": Estimate(2.0, (2.0, 2.0), "1")}
+    values["kind"] = Estimate(3.0, (3.0, 3.0), "1")
+    effect = replace(BASIC.effects[0], id="cross_coupling", axes=(1,), parts=((1, values),))
+    ((_, _, told, _),) = effect_rows(replace(BASIC, effects=(effect,)))
+    assert told == "C = -0.19 ± 0.02 N m, source = axis 2, kind = torque"
+    assert sizes(replace(effect, parameters=values)).endswith(
+        " (per SI unit of the torque of axis 2)"
+    )
 
 
 def test_what_tolerances_allow_is_said_with_what_it_makes(tmp_path: Path) -> None:

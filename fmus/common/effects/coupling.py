@@ -16,6 +16,8 @@ from flexhex.fmus.common.effects.effect import (
     Signals,
 )
 
+KINDS = ("angle", "rate", "acceleration", "torque")
+
 
 class CrossCoupling(Effect):
     """C u, u = theta, thetad, thetadd or tau of the axis `source`, in SI units.
@@ -27,7 +29,17 @@ class CrossCoupling(Effect):
     id, title, acts_on = "cross_coupling", "coupling with another axis", "torque"
     gains = (Gain("C", "N m", 0.005, -1e5, 1e5, "torque per SI unit of the source's motion"),)
     shapes = (
-        Shape("source", "1", 1.0, 6.0, 1.0, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "axis", whole=True),
+        Shape(
+            "source",
+            "1",
+            1.0,
+            6.0,
+            1.0,
+            (1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
+            "axis",
+            whole=True,
+            words=tuple(f"axis {k}" for k in range(1, 7)),
+        ),
         Shape(
             "kind",
             "1",
@@ -37,6 +49,7 @@ class CrossCoupling(Effect):
             (0.0, 1.0, 2.0, 3.0),
             "0: its angle, 1: rate, 2: acceleration, 3: torque",
             whole=True,
+            words=KINDS,
         ),
     )
     most = 6
@@ -57,6 +70,13 @@ class CrossCoupling(Effect):
     def meets(self, axis: int, n: int, shape: Mapping[str, float]) -> bool:
         """An axis that acts on itself is no coupling, but friction, stiffness, inertia or gain."""
         return shape["source"] != axis and shape["source"] <= n
+
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        """What of which axis makes it."""
+        if not {"source", "kind"} <= values.keys():
+            return ""
+        source, kind = (s.said(values[s.name]) for s in self.shapes)
+        return f"per SI unit of the {kind} of {source}"
 
 
 EFFECT = CrossCoupling()

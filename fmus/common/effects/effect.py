@@ -52,7 +52,7 @@ class Shape:
     numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
     it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
     average; blended: real ones have several values at once, and this is the main one; optional: a
-    machine file may leave it out, which means `start`.
+    machine file may leave it out, which means `start`; words: what numbers from `low` on mean.
     """
 
     name: str
@@ -70,6 +70,12 @@ class Shape:
     of_place: bool = False
     blended: bool = False
     optional: bool = False
+    words: tuple[str, ...] = ()
+
+    def said(self, value: float) -> str:
+        """A value in words, where it has any."""
+        place = round(value - self.low)
+        return self.words[place] if 0 <= place < len(self.words) else ""
 
 
 @dataclass(frozen=True)
