@@ -15,7 +15,7 @@ from rich.console import Console
 from flexhex.diagnose.changes import allowed
 from flexhex.diagnose.effects import effect_rows, undetermined
 from flexhex.diagnose.next import Invocation
-from flexhex.diagnose.numbers import listed, measured, number, percent, settled
+from flexhex.diagnose.numbers import number
 from flexhex.diagnose.page import write_diagnosis
 from flexhex.diagnose.sizes import sizes
 from flexhex.diagnose.view import (
@@ -54,38 +54,6 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
     for example in EXAMPLES.values():
         text = " ".join(shown(example).split())
         assert text.startswith(verdict(example)), text[:200]
-
-
-@pytest.mark.parametrize(
-    ("value", "half", "unit", "text"),
-    [
-        (0.05, 0.0031, "N m", "0.050 ± 0.003 N m"),
-        (0.05, 0.0014, "N m", "0.0500 ± 0.0014 N m"),
-        (3.71, 0.1, "kg", "3.71 ± 0.10 kg"),
-        (36.2, 12.0, "1/rad", "36 ± 12 1/rad"),
-        (0.02, 0.002, "1", "0.020 ± 0.002"),
-        (2e-7, 3e-8, "rad", "(2.0 ± 0.3)e-7 rad"),
-        (3.7e-5, 3e-6, "rad/N m", "(3.7 ± 0.3)e-5 rad/N m"),
-        (-2e-6, 3e-4, "s", "(0 ± 3)e-4 s"),
-        (0.5, math.nan, "s", "0.500 s"),
-        (3.0, 0.0, "1", "3"),
-    ],
-)
-def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, text: str) -> None:
-    assert measured(estimate(value, half, unit)) == text
-
-
-@pytest.mark.parametrize(
-    ("value", "half", "kept"),
-    [(-1.015e-16, 0.0016, 0.0), (3.3e-5, 0.0016, 3.3e-5)],
-)
-def test_value_beside_its_interval_has_no_noise(value: float, half: float, kept: float) -> None:
-    assert settled(Estimate(value, (value - half, value + half), "m")) == kept
-
-
-def test_lopsided_interval_is_given_by_its_ends() -> None:
-    value = Estimate(0.05, (0.04, 0.09), "N m")
-    assert measured(value) == "0.0500 N m (0.0400 to 0.0900 N m)"
 
 
 def test_effect_has_a_row_for_each_place() -> None:
@@ -157,30 +125,6 @@ def test_parameter_that_is_not_determined_is_said_once_below_the_table() -> None
     whole = replace(effect, axes=(), parts=(), parameters={"F_c": force, "s_0": open_})
     (line,) = undetermined(replace(BASIC, effects=(whole,)))
     assert line.startswith("Coulomb friction: s_0 is not determined (in the fit")
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.0, "0"), (0.0090, "0.00900"), (1234.5, "1234"), (math.nan, "–"), (3e-9, "3.00e-09")],
-)
-def test_number_has_significant_digits(value: float, text: str) -> None:
-    assert number(value) == text
-
-
-@pytest.mark.parametrize(
-    ("share", "text"), [(0.934, "93 %"), (0.998, "99 %"), (0.9996, "100 %"), (math.nan, "–")]
-)
-def test_hundred_percent_is_said_only_of_all(share: float, text: str) -> None:
-    assert percent(share) == text
-
-
-def test_words_are_listed() -> None:
-    assert [listed([]), listed(["a"]), listed(["a", "b"]), listed(["a", "b", "c"], "or")] == [
-        "",
-        "a",
-        "a and b",
-        "a, b or c",
-    ]
 
 
 @pytest.mark.parametrize(
