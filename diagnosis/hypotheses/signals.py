@@ -57,28 +57,27 @@ def entering(model: Calibrated) -> list[Array]:
 def late(model: Calibrated, line: str) -> list[Array]:
     """Torques that drives pass on which lag, or are late, by the time of the fit, and what the
     reported ones are more, per second of that (samples, n, 2), of each block."""
-    passed = []
+    behind, lag = list[Array](), model.fitted.lag
     for block, reported in zip(model.blocks, entering(model), strict=True):
-        torque, time = reported[:, :, 0], block.run.motion.time
-        if line == "lag":
-            joint = lagging(torque, model.fitted.lag, block.run.motion.ts)
-        else:
-            own = [np.interp(time - model.fitted.lag, time, v) for v in torque.T]
-            joint = np.stack(own, axis=1)
-        passed.append(np.stack([joint, (torque - joint) / model.fitted.lag], axis=2))
-    return passed
+        torque = reported[:, :, 0]
+        joint = let_through(torque, line, lag, block.run.motion.ts)
+        behind.append(np.stack([joint, (torque - joint) / lag], axis=2))
+    return behind
 
 
-def lagging(values: Array, lag: float, ts: float) -> Array:
-    """What a first-order lag [s] lets pass of values (samples, n) every ts [s] with straight lines
-    between them."""
+def let_through(torque: Array, line: str, time: float, ts: float) -> Array:
+    """What a drive with a first-order lag, or with a delay, of some time [s] makes of torques
+    (samples, n) every ts [s], with straight lines between them."""
+    if line == "delay":
+        at = ts * np.arange(len(torque))
+        return np.stack([np.interp(at - time, at, own) for own in torque.T], axis=1)
     from scipy.signal import lfilter, lfilter_zi  # takes long to load
 
-    kept = np.exp(-ts / lag)
-    mean = (1 - kept) * lag / ts
+    kept = np.exp(-ts / time)
+    mean = (1 - kept) * time / ts
     filters = [1 - mean, mean - kept], [1, -kept]
-    begun = lfilter_zi(*filters)[:, None] * values[:1]
-    return np.asarray(lfilter(*filters, values, axis=0, zi=begun)[0])
+    begun = lfilter_zi(*filters)[:, None] * torque[:1]
+    return np.asarray(lfilter(*filters, torque, axis=0, zi=begun)[0])
 
 
 def passed_on(model: Calibrated) -> list[Array]:

@@ -25,7 +25,7 @@ STEPS = 2
 """Gauss-Newton steps."""
 EXPLAINED = 0.5
 """Part of the product of the squares that all axes leave without a delay, below which it is one."""
-HELD = 1e-3
+HELD = 1e-5
 """Tolerance of a delay that is held, of the usual one."""
 MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond

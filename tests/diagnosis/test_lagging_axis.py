@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.hypotheses.signals import lagging
+from flexhex.diagnosis.estimation.extras import Extra, Extras
+from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.hypotheses.signals import let_through
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.fmus.common.effects import library
 from tests.diagnosis.synthetic import plain_csv
 
 Array = NDArray[np.float64]
@@ -41,16 +44,21 @@ def joint(
     return angle, INERTIA * acceleration + VISCOUS * rate + COULOMB * np.tanh(rate / WITHIN)
 
 
-def diagnosed(folder: Path, command: Callable[..., Array]) -> Diagnosis:
-    """Of runs whose torque is the command to the drive: of the time and a chirp."""
-    paths, t, rng = [], np.arange(0.0, 8.0, TS), np.random.default_rng(3)
+def logs(folder: Path, command: Callable[..., Array]) -> list[Path]:
+    """Runs whose torque is the command to the drive: of the time and a chirp."""
+    paths, t, rng = list[Path](), np.arange(0.0, 8.0, TS), np.random.default_rng(3)
     for motion, chirp in enumerate(CHIRPS):
         for number in (1, 2):
             tau = command(t, *chirp) + NOISE * rng.standard_normal(len(t))
             run = {"time": t, "theta": joint(t, *chirp)[0][:, None], "tau_meas": tau[:, None]}
             head = {"trajectory": str(motion), "pass": str(number)}
             paths.append(plain_csv(folder / f"{motion}{number}.csv", run, **head))
-    return diagnose(paths, options=Options(base="axis"))
+    return paths
+
+
+def diagnosed(folder: Path, command: Callable[..., Array]) -> Diagnosis:
+    """Of these."""
+    return diagnose(logs(folder, command), options=Options(base="axis"))
 
 
 def hurried(t: Array, *chirp: float) -> Array:
@@ -77,6 +85,23 @@ def test_lag_of_a_drive_is_named_and_bends_nothing(tmp_path: Path) -> None:
     assert not any("delay" in text for text in found.findings)
 
 
+def test_identification_beside_a_lag_simulates_the_axis(tmp_path: Path) -> None:
+    """Without the lag it has a delay, which leaves more."""
+    paths = logs(tmp_path, hurried)
+    lag = Extra(library()["drive_lag"], 0, {}, gains=(0.95 * LAG,))
+    runs = paths[:4], paths[4:], None, Options(base="axis")
+    with_lag, without = (identify(*runs, more=Extras(own)) for own in ((lag,), ()))
+    values = {one.name: one.estimate.value for one in with_lag.parameters}
+    assert values["drive_lag.T_lag[1]"] == pytest.approx(LAG, rel=0.01)
+    assert values["J[1]"] == pytest.approx(INERTIA, rel=0.005)
+    assert abs(with_lag.delay.value) < 1e-6
+    assert with_lag.simulation is not None
+    assert without.simulation is not None
+    assert not with_lag.simulation.left_out
+    error, other = (one.at(one.fitted)[0, 0] for one in (with_lag.simulation, without.simulation))
+    assert error < 0.5 * other
+
+
 def test_late_log_is_no_lag(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, early)
     assert [effect.id for effect in found.effects] == ["coulomb_friction"]
@@ -86,6 +111,6 @@ def test_late_log_is_no_lag(tmp_path: Path) -> None:
 def test_lag_is_exact_for_straight_lines() -> None:
     t = np.arange(0.0, 0.1, TS)
     steep, flat = 3.0 * t, np.full_like(t, 2.0)
-    answer = lagging(np.stack([steep, flat], axis=1), LAG, TS)
+    answer = let_through(np.stack([steep, flat], axis=1), "lag", LAG, TS)
     np.testing.assert_allclose(answer[:, 0], steep - 3.0 * LAG * (1 - np.exp(-t / LAG)), atol=1e-12)
     np.testing.assert_allclose(answer[:, 1], flat, rtol=1e-12)

@@ -21,6 +21,7 @@ from flexhex.diagnosis.estimation.extras import Extra
 from flexhex.diagnosis.estimation.friction import GROUP, Form
 from flexhex.diagnosis.estimation.motion import dahl_states
 from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, Compiled, compiled, signals
+from flexhex.diagnosis.hypotheses.signals import let_through
 from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.numeric.rows import RowFunction, alike, native
@@ -160,7 +161,8 @@ def _signals(theta: Array, thetad: Array, time: Array) -> Array:
 
 
 def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
-    """Friction and effects of a fit, and what of it a simulation leaves out."""
+    """Friction and effects of a fit, but for what a drive does to torques, and what of it a
+    simulation leaves out."""
     values = dict(zip([k.name for k in estimated.known], estimated.values, strict=True))
     rubs = {k.name: float(values[k.name]) for k in estimated.known if k.group == GROUP}
     parts = list[Part]()
@@ -173,6 +175,8 @@ def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
     slow = {item.effect.id: item for item in items if item.slow}
     out = []
     for one in estimated.extras.listed:
+        if one.effect.line:
+            continue
         if one.effect.id in slow:
             parts.append(_added(one, slow[one.effect.id], values))
         else:
@@ -180,6 +184,18 @@ def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
     if estimated.model.base.geometry is not None:
         out.append("errors of the geometry")
     return parts, out
+
+
+def through_drives(estimated: Estimated, torque: Array, ts: float) -> Array:
+    """Torques (samples, n) of a log every ts [s] behind drives that lag or are late."""
+    values = dict(zip([k.name for k in estimated.known], estimated.values, strict=True))
+    behind = torque.copy()
+    for one in estimated.extras.listed:
+        time = values.get(one.parameter(one.effect.gains[0].name), 0.0)
+        if one.effect.line and time > 0:
+            own = behind[:, [one.axis]]
+            behind[:, [one.axis]] = let_through(own, one.effect.line, time, ts)
+    return behind
 
 
 def _added(one: Extra, item: Compiled, values: Mapping[str, float]) -> Added:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated
-from flexhex.diagnosis.estimation.forward.beside import Part, parts_of
+from flexhex.diagnosis.estimation.forward.beside import Part, parts_of, through_drives
 from flexhex.diagnosis.estimation.forward.integrate import Windows, invertible, simulated
 from flexhex.diagnosis.estimation.forward.record import Model, Simulation
 from flexhex.diagnosis.kinds import units_of
@@ -40,10 +40,12 @@ SINGULAR = "the masses of the file have no forward dynamics: their mass matrix i
 
 @dataclass(frozen=True)
 class _Cut:
-    """Windows of a block, and its parameters with the file's values and with the estimates."""
+    """Windows of a block, its parameters with the file's values and with the estimates, and the
+    torques of the windows behind drives that are late."""
 
     block: Block
     windows: Windows
+    behind: Array
     start: Array
     file: Array
     fitted: Array
@@ -79,7 +81,8 @@ def simulation(estimated: Estimated, there: Calibrated, held_out: bool) -> Simul
     parts, left_out = parts_of(estimated)
     with_file = any(0 < known.tolerance < np.inf for known in base.linear)
     why = "" if all(invertible(base, c.file, c.windows.theta[:, 0]) for c in cuts) else SINGULAR
-    told = _told(base, cuts, [c.fitted for c in cuts], parts)
+    drives = [replace(c, windows=replace(c.windows, tau=c.behind)) for c in cuts]
+    told = _told(base, drives, [c.fitted for c in cuts], parts)
     before = _told(base, cuts, [c.file for c in cuts], []) if with_file and not why else None
     still = [_still(c.windows) for c in cuts]
     first = cuts[0]
@@ -125,7 +128,8 @@ def _cut(
     thetad, _ = seen(motion.thetad, start[:, None])
     middle = (at[:, :-1] + STEP / 2 + there.fitted.delay).ravel()
     w, felt = hann_weights(middle, tau.t0, tau.ts, tau.valid, 2 * STEP)
-    torque = (w @ tau.values).reshape(count, steps, -1)
+    values = through_drives(estimated, tau.values, tau.ts)
+    torque, behind = ((w @ v).reshape(count, steps, -1) for v in (tau.values, values))
     good &= felt.reshape(count, steps).all(axis=1)
     if not good.any():
         return None
@@ -135,7 +139,9 @@ def _cut(
     p = estimated.values[: len(base.linear)]
     nominal = np.array([known.nominal for known in base.linear])
     fitted = carried(base, there.loads, loads, run, p)
-    return _Cut(block, windows, start[good], base.loaded(nominal, run.payload), fitted)
+    return _Cut(
+        block, windows, behind[good], start[good], base.loaded(nominal, run.payload), fitted
+    )
 
 
 def _limited(cuts: Sequence[_Cut]) -> list[_Cut]:
