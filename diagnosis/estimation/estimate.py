@@ -91,7 +91,8 @@ def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tup
     """Fit a base model to runs; what was done about noise of the angles, or nothing."""
     more = more or Extras()
     model, _, done = fitted(base, runs)
-    model = about_known(model.base, model.blocks, model.fitted, first_weights(model))
+    about = replace(model.fitted, losses=more.losses(base.n))
+    model = about_known(model.base, model.blocks, about, first_weights(model))
     if base.n == 1 and more.lag > 0:
         # nothing would tell it from a delay of the logs
         model = held(model, 0.0, more.lag)
@@ -160,6 +161,9 @@ def _settled(
             full = _beside(model, listed, forms, more)
         regression, level = levelled(full)
         fit = _Fit(full, regression, level, forms, more)
+        further = more.moved(
+            model, dict(zip([k.name for k in full.known], fit.values, strict=True))
+        )
         late = next(i for i, k in enumerate(full.known) if k.group == "delay")
         most = LATEST * model.fitted.late
         moved = replace(
@@ -167,9 +171,7 @@ def _settled(
             p=fit.values[: len(model.base.linear)],
             delay=float(np.clip(fit.values[late], -most, most)),
             loads={load.name: fit.values[full.places(load)] for load in full.loads},
-        )
-        further = more.moved(
-            model, dict(zip([k.name for k in full.known], fit.values, strict=True))
+            losses=further.losses(model.base.n),
         )
         settled = abs(moved.delay - model.fitted.delay) < LATER * model.fitted.late
         if settled and turn >= FORMED and further.apart(more) < LATER:

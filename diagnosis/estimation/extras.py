@@ -72,6 +72,14 @@ class Extras:
         """Lag or delay of the drive of a single axis [s], 0 for none."""
         return next((one.gains[0] for one in self.listed if one.effect.line), 0.0)
 
+    def losses(self, n: int) -> Array:
+        """Shares (n,) of the reported torques that the joints do not get."""
+        losses = np.zeros(n)
+        for one in self.listed:
+            if one.effect.loses:
+                losses[one.axis] = one.gains[0]
+        return losses
+
     def beside(self, friction: Sequence[Known]) -> list[Known]:
         """Parameters of friction without those that an effect has in its gains."""
         twice = {

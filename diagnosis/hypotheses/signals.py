@@ -26,14 +26,17 @@ SLOW = 2e-3
 
 def signals_of(model: Calibrated, across: bool, torques: bool) -> list[Array]:
     """Angle, rate, acceleration, torque that the joint needs, its rate, time: of all axes
-    (samples, n, 6), of each block. across: time goes on from run to run. torques: that of the joint
-    and its rate are wanted, which take longest to make; else they are zero."""
+    (samples, n, 6), of each block. across: time goes on from run to run. torques: that which the
+    drive reports by the fit and its rate are wanted, which take longest to make; else they are
+    zero."""
     signals = []
     for k, block in enumerate(model.blocks):
         motion = block.run.motion
         clock = motion.time - motion.t0 + (block.run.start if across else 0.0)
         time = np.broadcast_to(clock[:, None], motion.theta.shape)
-        torque = _quiet(model, model.raw[k], motion.ts) if torques else np.zeros_like(motion.theta)
+        torque = np.zeros_like(motion.theta)
+        if torques:
+            torque = _quiet(model, model.raw[k], motion.ts) / (1.0 - model.fitted.losses)
         taud = np.gradient(torque, motion.ts, axis=0) if torques else torque
         listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
         signals.append(np.stack(listed, axis=2))

@@ -168,11 +168,10 @@ def joint(
     if shaped:
         parts = stepped(bench, regression, parts, shaped)
     columns = Columns(None, np.hstack([regression.spread(part.columns) for part in parts]))
-    _, beta = regression.fall(columns)
-    q = regression.extended([columns]).q[:count]
+    beta, q = regression.together(columns)
     edges = np.cumsum([part.columns.values.shape[1] for part in parts])
     gains = tuple(np.split(beta, edges[:-1]))
-    return Joint(bench, _regrouped(effects, parts), gains, q, freed, blended)
+    return Joint(bench, _regrouped(effects, parts), gains, q[:count], freed, blended)
 
 
 def _freed(bench: Bench, freed: Mapping[int, float], blended: Sequence[Columns] = ()) -> Regression:

@@ -173,9 +173,10 @@ def beside(fit: Joint) -> Calibrated:
     that was held has its tolerance. Where columns hardly repeat between passes a fit with more of
     them may lead anywhere: if it leaves more than before the base model stays.
     """
-    model = fit.bench.model
-    if model.fitted.late < _tolerance(model.base, model.blocks):
-        free = replace(model.fitted, late=_tolerance(model.base, model.blocks))
+    model, late = fit.bench.model, _tolerance(fit.bench.model.base, fit.bench.model.blocks)
+    losses = losses_of(fit)
+    if model.fitted.late < late or np.any(losses != model.fitted.losses):
+        free = replace(model.fitted, late=max(late, model.fitted.late), losses=losses)
         now = about_known(model.base, model.blocks, free, model.noise, (), model.errors)
         model = now.as_sure(model)
     most = MISLED * axis_rms(model.blocks, fit.residual)
@@ -203,6 +204,15 @@ def beside(fit: Joint) -> Calibrated:
     return replace(now, noise=_even(now, left)).doubted(left)
 
 
+def losses_of(fit: Joint) -> Array:
+    """Shares (n,) of the reported torques that the joints do not get."""
+    losses = np.zeros(fit.bench.n)
+    for part, gains in zip(fit.parts, fit.beta, strict=True):
+        if part.axis is not None and fit.bench.effects[part.id].effect.loses:
+            losses[part.axis] = gains[0]
+    return losses
+
+
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     """The values after one Gauss-Newton step, to the coefficients q, kept within bounds.
 
@@ -220,4 +230,4 @@ def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
     widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
     loads = {load.name: step[model.places(load)] for load in model.loads}
-    return Fitted(p, gains, widths, delay, now.late, loads, now.expected, now.lag)
+    return replace(now, p=p, gains=gains, widths=widths, delay=delay, loads=loads)

@@ -76,12 +76,14 @@ def _correlations(one: Array, other: Array, beside: Array) -> tuple[float, float
 def moved(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:
     """Whether widths or the rotors of geared axes are others after a fit to what was found, or the
     delay is by what makes more torque on an axis than `least`, relative, and than the fit leaves
-    there."""
+    there, or what drives lose, by as much in the second order."""
     widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
     places = [before.base.rotors[axis] for axis in fit.geared]
     rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
     turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
-    return bool(widths > BENT or turned or _later(before, after, fit, least))
+    losses = np.abs((after.fitted.losses - before.fitted.losses) * after.fitted.losses)
+    lost = (losses > least).any() if np.ndim(losses) else False
+    return bool(widths > BENT or turned or lost or _later(before, after, fit, least))
 
 
 def _later(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:

@@ -35,8 +35,9 @@ STRETCHES = 4
 class Fitted:
     """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
     tolerance late [s] about the one that is expected [s], and the linear ones p, gains that they
-    belong to; loads: what payloads add to p, by their name. lag: about which a lag or a delay of
-    the drive is taken [s]; 0: about none."""
+    belong to; loads: what payloads add to p, by their name. What drives do is taken about: lag [s],
+    or delay, of that of a single axis; losses (n,), or 0.0: shares of the reported torques that the
+    joints do not get."""
 
     p: Array
     gains: Array
@@ -46,6 +47,7 @@ class Fitted:
     loads: Mapping[str, Array] = field(default_factory=dict)
     expected: float = 0.0
     lag: float = 0.0
+    losses: Array | float = 0.0
 
     def wider(self, before: Fitted) -> float:
         """The largest change of a width since other values, relative."""

@@ -70,7 +70,8 @@ def about(
             curve = _diagonal(block.smooth(z))
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         # of the torque as reported: that of the model would be full of the encoders' noise
-        rate = -torque_rate(block, base.window, fitted.delay)
+        passed_on = 1.0 - fitted.losses
+        rate = -torque_rate(block, base.window, fitted.delay) * passed_on
         parts = [curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
         if errors:
             parts.append(errors[k])
@@ -79,8 +80,13 @@ def about(
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))
         parts += columns_of(base, loads, block)
         torques.append(torque_at(block, base.window, fitted.delay))
-        y = torques[-1] - block.linear.times(base.loaded(p0, block.run.payload))
+        y = torques[-1] * passed_on - block.linear.times(base.loaded(p0, block.run.payload))
         y = y + rate * (fitted.delay - fitted.expected)
+        if np.any(fitted.losses):
+            # their columns are of the torque that the fit has the drives report
+            p = carried(base, loads, fitted.loads, block.run, fitted.p)
+            joint = block.linear.times(p) + curve @ fitted.gains
+            y = y + fitted.losses * joint / passed_on
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         if given:

@@ -185,6 +185,13 @@ class Regression:
         beta = np.linalg.solve(beside.gram, beside.c)
         return float(beside.c @ beta), np.asarray(beta)
 
+    def together(self, columns: Columns) -> tuple[Array, Array]:
+        """Gains (k,) of columns and the base coefficients (nb,) beside them: of columns that the
+        base has, too, the base's take all."""
+        beside = self._beside(columns)
+        beta = np.linalg.solve(beside.gram, beside.c)
+        return np.asarray(beta), np.asarray(self.q - beside.moved @ beta)
+
     def _beside(self, columns: Columns) -> Beside:
         """Columns beside the base model."""
         axis, C = columns.axis, columns.values

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from flexhex.diagnosis.estimation.found import read_diagnosis
+from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis import two_links
 from tests.diagnosis.lwa4p import Link, write
@@ -46,5 +50,21 @@ def test_motor_constant_is_named_where_it_is(weighed: str, tmp_path: Path) -> No
     found = diagnose(paths, options=Options(base=weighed))
     axes = {effect.id: effect.axes for effect in found.effects}
     assert axes == {"coulomb_friction": (1, 2), "viscous_friction": (1, 2), "drive_gain": (2,)}
-    gain = next(effect for effect in found.effects if effect.id == "drive_gain")
-    assert gain.parameters["g"].value == pytest.approx(1 - 1 / TIMES, abs=0.01)
+    values = {name: v.value for e in found.effects for name, v in e.parameters.items()}
+    assert values["g"] == pytest.approx(1 - 1 / TIMES, abs=0.004)
+    # of the joints, not as the drive reports it
+    for axis in (1, 2):
+        assert values[f"F_c[{axis}]"] == pytest.approx(COULOMB[axis - 1], rel=0.02)
+        assert values[f"d_v[{axis}]"] == pytest.approx(VISCOUS[axis - 1], rel=0.02)
+    more = read_diagnosis(_written(found, tmp_path / "diagnosis.json"))
+    identified = identify(paths, options=Options(base=weighed), more=more)
+    named = {one.name: one.estimate.value for one in identified.parameters}
+    assert named["drive_gain.g[2]"] == pytest.approx(1 - 1 / TIMES, abs=0.002)
+    assert named["F_c[2]"] == pytest.approx(COULOMB[1], rel=0.01)
+    assert identified.simulation is not None
+    assert not identified.simulation.left_out
+
+
+def _written(found: Diagnosis, path: Path) -> Path:
+    path.write_text(json.dumps(found.data()))
+    return path

@@ -106,6 +106,21 @@ def test_hair_that_the_base_leaves_of_a_column_gains_nothing() -> None:
     assert fitted.fall(Columns(0, whole(fitted)[:, :1] + 1e-2 * other))[0] > 1e4
 
 
+def test_columns_that_the_base_has_too_leave_what_it_leaves() -> None:
+    """Whoever of both takes it: nothing is explained twice, and nothing by neither."""
+    rows = layout(instants=500)
+    fitted = regression(rows)
+    twice = fitted.times(np.eye(fitted.B.width))[:, :1]
+    other = signals(rows, 1, 5)
+    for values in (twice, other, np.hstack([twice, other])):
+        beta, q = fitted.together(Columns(None, values))
+        left = fitted.y - fitted.times(q) - values @ beta
+        assert left.std() <= fitted.residual.std() * (1 + 1e-6)
+    assert fitted.together(Columns(None, other))[1] == pytest.approx(
+        fitted.extended([Columns(None, other)]).q[: fitted.B.width], rel=1e-6
+    )
+
+
 def p_value(fitted: Regression, columns: Columns) -> float:
     """Of all gains being zero, by their covariance: Wald's test, a degree for each cluster."""
     gain = fitted.gain(columns)

@@ -175,7 +175,7 @@ def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
     slow = {item.effect.id: item for item in items if item.slow}
     out = []
     for one in estimated.extras.listed:
-        if one.effect.line:
+        if one.effect.line or one.effect.loses:
             continue
         if one.effect.id in slow:
             parts.append(_added(one, slow[one.effect.id], values))
@@ -187,14 +187,15 @@ def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
 
 
 def through_drives(estimated: Estimated, torque: Array, ts: float) -> Array:
-    """Torques (samples, n) of a log every ts [s] behind drives that lag or are late."""
+    """Torques (samples, n) of a log every ts [s] behind drives that lag, are late or lose some."""
     values = dict(zip([k.name for k in estimated.known], estimated.values, strict=True))
     behind = torque.copy()
     for one in estimated.extras.listed:
-        time = values.get(one.parameter(one.effect.gains[0].name), 0.0)
-        if one.effect.line and time > 0:
-            own = behind[:, [one.axis]]
-            behind[:, [one.axis]] = let_through(own, one.effect.line, time, ts)
+        gain, own = values.get(one.parameter(one.effect.gains[0].name), 0.0), [one.axis]
+        if one.effect.loses:
+            behind[:, own] *= 1.0 - gain
+        if one.effect.line and gain > 0:
+            behind[:, own] = let_through(behind[:, own], one.effect.line, gain, ts)
     return behind
 
 

@@ -45,6 +45,7 @@ class DriveGain(Effect):
     """g tau: the motor constant is g smaller than the drive believes."""
 
     id, title, acts_on = "drive_gain", "error of the motor constant", "drive"
+    loses = True
     gains = (Gain("g", "1", 0.01, -0.5, 0.5, "relative loss"),)
     reported = True
     excites = "a change of payload of known mass"
@@ -56,7 +57,7 @@ class DriveGain(Effect):
         return s.tau
 
     def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
-        return f"the drive reports {1 + values['g']:.3f} times what the joint gets"
+        return f"the drive reports {1 / (1 - values['g']):.3f} times what the joint gets"
 
 
 EFFECTS = (DriveLag(), TimeDelay(), DriveGain())

@@ -139,6 +139,7 @@ class Effect:
               mechanism: no columns, `mechanism` changes the model
     line      how the plant delays a drive's torque exactly, where columns are a first order
     feedforward  "" where the feedforward compensates it, else the reason why not
+    loses     whether its gain is the share of the reported torque that the joint does not get
     reported  whether it can also act between the commanded and the reported torque, where
               the torque constant has no influence
     entered   whether its torque is the one that enters the drive and is reported: what the joint
@@ -169,6 +170,7 @@ class Effect:
     shapes: tuple[Shape, ...] = ()
     states: tuple[State, ...] = ()
     line: Line = ""
+    loses: bool = False
     excites: str
     confused_with: tuple[str, ...] = ()
     experiment: str
