@@ -41,9 +41,11 @@ class Rest:
         there = "repeats" if self.repeats else "is left"
         text = f"{self.rms:.2g} {self.unit} on axis {self.axis} {there}"
         text += " beside what was found" if self.beside else ""
-        if self.form:
-            return f"{text}: its form is not exact"
         goes = f": it goes with {self.what}" if self.what else ""
+        if self.form:
+            return (
+                f"{text}{goes}; the form of what is named there is not exact, or more is missing"
+            )
         if self.fitted:
             part = f"would explain {100 * self.fitted_share:.0f} % of its mean square"
             return f"{text}{goes}; {', '.join(self.fitted)} {part}, {self.why}"

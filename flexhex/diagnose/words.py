@@ -23,6 +23,9 @@ from flexhex.diagnosis.result.verdict import LARGE, WORSE, Diagnosis, Named, Res
 Array = NDArray[Any]
 UNNAMED = ("unknown", "cannot tell")
 """Verdicts before which it is said that the model may not be this machine's."""
+TOLD = 0.02
+"""Share of an axis' torque from which what an inexact form may leave is said with the verdict;
+else in a note."""
 COUNTED_FROM = 8
 """Answers of the study from which on their share says something."""
 
@@ -143,9 +146,14 @@ def _changed(diagnosis: Diagnosis) -> str:
 def _beside(diagnosis: Diagnosis) -> list[str]:
     """What remains beside all that is named, on axes whose effects do not leave it."""
     rests = [rest for rest in diagnosis.remains if not rest.form]
-    if not rests:
-        return []
-    return [f"Beside that a residual repeats: {unexplained(rests)} {sizes_of(rests)}."]
+    within = [rest for rest in diagnosis.remains if rest.form and rest.share > TOLD]
+    said = []
+    if rests:
+        said = [f"Beside that a residual repeats: {unexplained(rests)} {sizes_of(rests)}."]
+    if within:
+        why = "repeats beside what is named there, no more than an error of its form may leave"
+        said.append(f"{sizes_of(within)} {why}.")
+    return said
 
 
 def _unknown(diagnosis: Diagnosis) -> str:

@@ -119,8 +119,8 @@ def test_what_an_inexact_form_leaves_is_reported(varies: float, form: bool, tmp_
     told = json.loads(json.dumps(rest.data()))
     assert (told["beside"], told["form"]) == (True, form)
     assert "beside what was found" in rest.sentence()
-    assert ("its form is not exact" in rest.sentence()) == form
-    assert ("it goes with" in rest.sentence()) != form
+    assert ("the form of what is named there is not exact" in rest.sentence()) == form
+    assert "it goes with" in rest.sentence()
 
 
 def test_second_effect_that_is_no_imitation_of_the_rest_is_named(tmp_path: Path) -> None:

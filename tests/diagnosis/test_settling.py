@@ -38,7 +38,7 @@ def searched(
 
     def fitted(width: float, rotor: float) -> Any:
         p = np.array([1.0, rotor])
-        return SimpleNamespace(widths=np.array([width]), delay=0.0, late=1.0, p=p)
+        return SimpleNamespace(widths=np.array([width]), delay=0.0, late=1.0, p=p, losses=0.0)
 
     base, each = SimpleNamespace(rotors=(1,)), rotors or [1.0] * len(widths)
     models = [
@@ -57,6 +57,7 @@ def searched(
 
     bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(mechanism, "Bench", bench)
+    monkeypatch.setattr(mechanism, "with_lag", lambda fit, deviations: None)
     monkeypatch.setattr(mechanism, "found", side)
     monkeypatch.setattr(mechanism, "before_of", lambda model, others: model)
     monkeypatch.setattr(mechanism, "beside", lambda fit: models[models.index(fit.bench.model) + 1])
@@ -105,7 +106,7 @@ def test_search_goes_on_where_a_delay_moves_by_an_effect(
     monkeypatch.setattr(guard, "left_rms", lambda _: np.array([left]))
 
     def model(delay: float) -> Any:
-        fitted = SimpleNamespace(widths=np.ones(1), delay=delay, p=np.ones(1))
+        fitted = SimpleNamespace(widths=np.ones(1), delay=delay, p=np.ones(1), losses=0.0)
         base = SimpleNamespace(rotors=(0,), window=0.0)
         return SimpleNamespace(base=base, fitted=fitted, blocks=[], torque_rms=np.ones(1))
 

@@ -34,7 +34,7 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
     two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), wide),))
     assert "with periods of 220 and 112 mm that" in verdict(two)
     gain = replace(BASIC, effects=(Named("drive_gain", "", (2,), {"g": estimate(0.2, 0.01, "1")}),))
-    assert "(the drive reports 1.200 times what the joint gets) that" in verdict(gain)
+    assert "(the drive reports 1.250 times what the joint gets) that" in verdict(gain)
     dry = {"F_c": estimate(4.0, 0.2), "F_s": estimate(2.5, 0.2)}
     diagnosis = replace(BASIC, effects=(Named("stribeck_friction", "", (1,), dry),))
     assert "of 4.0 ± 0.2 N m (breakaway at 6.5 N m) that" in verdict(diagnosis)

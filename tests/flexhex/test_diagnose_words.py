@@ -75,13 +75,20 @@ def test_nothing_is_said_to_repeat_where_no_run_was_repeated() -> None:
 
 
 def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
-    """The largest shares first, with what they go with; errors of form are no news there."""
+    """The largest shares first, with what they go with; then what errors of form may leave, if it
+    is worth a word."""
     rests = (
         Rest(2, 15.2, "N m", 0.11, "present and past motion"),
-        Rest(3, 0.3, "N m", 0.02, form=True),
+        Rest(3, 0.3, "N m", 0.03, form=True),
+        Rest(5, 0.1, "N m", 0.008, form=True),
         Rest(4, 2.9, "N", 0.2),
     )
     text = verdict(replace(BASIC, remains=rests))
+    assert text.endswith(
+        " 0.30 N m (3.0 % of its torque) on axis 3 repeats beside what is named there, no more than"
+        " an error of its form may leave."
+    )
+    text = verdict(replace(BASIC, remains=(rests[0], *rests[2:])))
     assert text.endswith(
         " it explains 93 % of the repeatable residual there. Beside that a residual repeats: no"
         " effect of the library explains 2.9 N (20 % of its force) on axis 4 and 15 N m (11 % of"
@@ -93,7 +100,7 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
         " axis 2, which goes with present and past motion."
     )
     assert unknown.data()["remains"][0]["share"] == 0.11
-    fitted = replace(rests[2], fitted=("coulomb_friction", "torque_offset"), fitted_share=0.83)
+    fitted = replace(rests[3], fitted=("coulomb_friction", "torque_offset"), fitted_share=0.83)
     assert verdict(replace(unknown, remains=(fitted,))) == (
         "A residual repeats that the library explains only in part: 2.9 N (20 % of its force) on"
         " axis 4 (of its mean square Coulomb friction and constant torque would explain 83 %)."
