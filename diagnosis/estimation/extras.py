@@ -70,14 +70,14 @@ class Extras:
     @property
     def lag(self) -> float:
         """Lag or delay of the drive of a single axis [s], 0 for none."""
-        return next((one.gains[0] for one in self.listed if one.effect.line), 0.0)
+        return sum(gain for one in self.listed if one.effect.line for gain in one.gains)
 
     def losses(self, n: int) -> Array:
         """Shares (n,) of the reported torques that the joints do not get."""
         losses = np.zeros(n)
         for one in self.listed:
             if one.effect.loses:
-                losses[one.axis] = one.gains[0]
+                losses[one.axis] = sum(one.gains)
         return losses
 
     def beside(self, friction: Sequence[Known]) -> list[Known]:

@@ -197,7 +197,7 @@ class Bench:
         the torque is the one that it acts on. halvings: of the samples of `Block.fewer`."""
         effect = item.effect
         place = "drive" if effect.entered else "link" if effect.geared else ""
-        place = effect.line if self.model.fitted.lag else place
+        place = effect.line if effect.line and self.model.fitted.lag else place
         # a torque takes longest to make: what does not go with it does without, until it is there
         kind = axis, item.alone, place, halvings, not item.moved or True in self._signals
         if kind not in self._kept:

@@ -43,9 +43,7 @@ class Rest:
         text += " beside what was found" if self.beside else ""
         goes = f": it goes with {self.what}" if self.what else ""
         if self.form:
-            return (
-                f"{text}{goes}; the form of what is named there is not exact, or more is missing"
-            )
+            return f"{text}{goes}; the form of what is named there is not exact, or more is missing"
         if self.fitted:
             part = f"would explain {100 * self.fitted_share:.0f} % of its mean square"
             return f"{text}{goes}; {', '.join(self.fitted)} {part}, {self.why}"

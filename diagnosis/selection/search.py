@@ -39,8 +39,6 @@ from flexhex.diagnosis.selection.scores import (
 )
 
 Array = NDArray[np.float64]
-MOSTLY = 0.5
-"""Share of its squares with which an effect is felt most on another axis than its own."""
 
 
 @dataclass
@@ -235,13 +233,15 @@ def _sure(moments: Moments, terms: Sequence[tuple[Term, ...]]) -> bool:
 def _wider(accepted: Accepted | None, listed: Sequence[Score]) -> set[Axis]:
     """Axes of effects that may be the cause of what would be accepted, but were scored beside an
     earlier model: those that gain more, if several axes feel them, and those that base parameters
-    make up for on their own axis, so that they are felt on this one."""
+    make up for on their own axis, so that this one feels them more."""
     if accepted is None:
         return set()
     axes, place = set[Axis](), accepted.score.hypothesis.axis
     for score in listed:
         if isinstance(own := score.hypothesis, EffectHypothesis):
-            wide = score.gain > accepted.score.gain and own.felt[1:]
-            there = place is not None and score.spread and score.spread[place] > MOSTLY
-            axes |= {own.axis} if wide or there else set()
+            if score.gain > accepted.score.gain and own.felt[1:]:
+                axes.add(own.axis)
+            if place is not None and own.axis is not None and score.spread:
+                more = score.spread[place] > score.spread[own.axis]
+                axes |= {own.axis} if more else set()
     return axes
