@@ -58,8 +58,8 @@ def entering(model: Calibrated) -> list[Array]:
 
 
 def late(model: Calibrated, line: str) -> list[Array]:
-    """Torques that drives pass on which lag, or are late, by the time of the fit, and what the
-    reported ones are more, per second of that (samples, n, 2), of each block."""
+    """Torques that drives with the lag or delay of the fit pass on, and how much more they report,
+    divided by that time (samples, n, 2), of each block."""
     behind, lag = list[Array](), model.fitted.lag
     for block, reported in zip(model.blocks, entering(model), strict=True):
         torque = reported[:, :, 0]

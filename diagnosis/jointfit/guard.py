@@ -81,9 +81,10 @@ def moved(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bo
     places = [before.base.rotors[axis] for axis in fit.geared]
     rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
     turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
-    losses = np.abs((after.fitted.losses - before.fitted.losses) * after.fitted.losses)
-    lost = (losses > least).any() if np.ndim(losses) else False
-    return bool(widths > BENT or turned or lost or _later(before, after, fit, least))
+    lost = np.abs((after.fitted.losses - before.fitted.losses) * after.fitted.losses)
+    return bool(
+        widths > BENT or turned or np.any(lost > least) or _later(before, after, fit, least)
+    )
 
 
 def _later(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:

@@ -35,9 +35,9 @@ STRETCHES = 4
 class Fitted:
     """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
     tolerance late [s] about the one that is expected [s], and the linear ones p, gains that they
-    belong to; loads: what payloads add to p, by their name. What drives do is taken about: lag [s],
-    or delay, of that of a single axis; losses (n,), or 0.0: shares of the reported torques that the
-    joints do not get."""
+    belong to; loads: what payloads add to p, by their name. Effects of drives are linear about
+    these values: lag, the time constant or delay [s] of the drive of a single axis; losses (n,), or
+    0.0: shares of the reported torques that the joints do not get."""
 
     p: Array
     gains: Array

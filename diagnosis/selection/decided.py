@@ -11,7 +11,6 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import Changed, Named
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.side import Side
-from flexhex.diagnosis.selection.unrefuted import OTHERS
 
 Array = NDArray[np.float64]
 
@@ -39,9 +38,11 @@ def verdict_of(
             )
             return "changed" if changed else "cannot tell"
         return "unknown"
-    if not changed and OTHERS in notes:
-        notes.remove(OTHERS)
-        notes.append(f"{OTHERS}: give some of these as runs of the fit, too")
+    if not changed and any(side.refuted for side in sides):
+        notes.append(
+            "with the parameters that these runs ask for the held-out runs become worse: give some"
+            " of those as runs of the fit, too"
+        )
         return "cannot tell"
     unconfirmed = any(side.unconfirmed for side in sides)
     return "changed" if changed else "cannot tell" if unconfirmed else "none"

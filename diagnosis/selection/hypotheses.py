@@ -190,6 +190,7 @@ class Hypotheses:
             high,
             item.freedom,
             effect.extends,
+            # columns of a lag or a delay are exact about its time
             effect.exact or bool(effect.line and self.bench.model.fitted.lag),
             effect.most,
             {s.name: s.start for s in effect.shapes if s.optional},

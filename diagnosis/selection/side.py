@@ -42,7 +42,8 @@ LITTLE = 0.01
 class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
-    unconfirmed: an effect would fit, but there is no other trajectory that could show it.
+    unconfirmed: an effect would fit, but there is no other trajectory that could show it. refuted:
+    so would other parameters than the machine file's, but held-out runs become worse with them.
     """
 
     fit: Joint
@@ -54,6 +55,7 @@ class Side:
     candidates: tuple[Candidate, ...] = ()
     rests: tuple[Rest, ...] = ()
     unconfirmed: bool = False
+    refuted: bool = False
 
     @property
     def matters(self) -> bool:
@@ -89,7 +91,8 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         notes.append(sentence(poor))
     held = unrefuted(Fitted(kept, fit, bodies, freed), others, criteria, listed)
     kept, fit, bodies, refused = held.effects, held.fit, list(held.bodies), held.refused
-    notes += held.notes
+    if held.refuted:
+        notes.append("other parameters would fit, but the held-out runs become worse")
     # what was left beside effects that have no name now is all of it; of poor axes that is said
     bare = {r.axis - 1 for r in rests if r.beside} - {
         a.score.hypothesis.axis for a in kept if a.named
@@ -131,6 +134,7 @@ def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) 
         tuple(_candidates(selection)),
         tuple(rests),
         bool(lost) and why == UNCONFIRMED,
+        held.refuted,
     )
 
 

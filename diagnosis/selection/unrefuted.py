@@ -20,22 +20,20 @@ from flexhex.diagnosis.selection.validated import Predicted, unpredicted
 
 Array = NDArray[np.float64]
 Bodies = Sequence[tuple[int, ...]]
-OTHERS = "other parameters would fit, but the held-out runs become worse"
-"""Said of parameters that left their tolerances, but must not."""
 
 
 @dataclass(frozen=True)
 class Fitted:
     """Effects and their fit. bodies: places of the base parameters that are others than in the
     machine file, with the inverse variances `freed`; refused: effects that made held-out runs
-    worse; notes: what is said of the parameters that did."""
+    worse; refuted: parameters did, which are those of the machine file again."""
 
     effects: list[Accepted]
     fit: Joint
     bodies: Bodies
     freed: Mapping[int, float]
     refused: tuple[Accepted, ...] = ()
-    notes: tuple[str, ...] = ()
+    refuted: bool = False
 
 
 def unrefuted(
@@ -70,7 +68,7 @@ def _less(
     effects, fit = firm(bench, now.effects, criteria, {}, listed)
     if not whole and better(now.fit, fit, others, WORSE):
         return None
-    return Fitted(effects, fit, (), {}, now.refused, (*now.notes, OTHERS))
+    return Fitted(effects, fit, (), {}, now.refused, refuted=True)
 
 
 def said_of(refused: Sequence[Accepted]) -> list[str]:

@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.selection.decided import verdict_of
-from flexhex.diagnosis.selection.unrefuted import OTHERS
 
 
 @pytest.mark.parametrize(
-    ("changed", "notes", "verdict", "last"),
+    ("changed", "refuted", "verdict", "last"),
     [
-        ([], [], "none", ""),
-        ([], [OTHERS, "more"], "cannot tell", OTHERS),
-        (["J[1]"], [OTHERS, "more"], "changed", "more"),
+        ([], False, "none", "before"),
+        ([], True, "cannot tell", "with the parameters that these runs ask for"),
+        (["J[1]"], True, "changed", "before"),
     ],
     ids=["nothing", "parameters that must not be others", "others that may"],
 )
 def test_file_that_is_wrong_in_no_known_way_lacks_something(
-    changed: list[Any], notes: list[str], verdict: str, last: str
+    changed: list[Any], refuted: bool, verdict: str, last: str
 ) -> None:
     """A verdict `none` would say that the machine file is right."""
-    side: Any = SimpleNamespace(remains=[], rests=[], unconfirmed=False)
+    notes = ["before"]
+    side: Any = SimpleNamespace(remains=[], rests=[], unconfirmed=False, refuted=refuted)
     model: Any = SimpleNamespace(noise=SimpleNamespace(repeats=True))
     assert verdict_of(model, [side], [], changed, notes, np.zeros(1)) == verdict
-    assert "".join(notes[-1:]).startswith(last)
+    assert notes[-1].startswith(last)
