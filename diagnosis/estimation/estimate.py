@@ -161,9 +161,11 @@ def _settled(
             full = _beside(model, listed, forms, more)
         regression, level = levelled(full)
         fit = _Fit(full, regression, level, forms, more)
-        further = more.moved(
-            model, dict(zip([k.name for k in full.known], fit.values, strict=True))
-        )
+        values = dict(zip([k.name for k in full.known], fit.values.tolist(), strict=True))
+        further = more.moved(model, values)
+        effects = further.effects(model.base.n) if more.listed else []
+        if effects:
+            effects += friction.effects(rubbing, [values[k.name] for k in rubbing], forms)
         late = next(i for i, k in enumerate(full.known) if k.group == "delay")
         most = LATEST * model.fitted.late
         moved = replace(
@@ -172,6 +174,7 @@ def _settled(
             delay=float(np.clip(fit.values[late], -most, most)),
             loads={load.name: fit.values[full.places(load)] for load in full.loads},
             losses=further.losses(model.base.n),
+            effects=tuple(effects),
         )
         settled = abs(moved.delay - model.fitted.delay) < LATER * model.fitted.late
         if settled and turn >= FORMED and further.apart(more) < LATER:

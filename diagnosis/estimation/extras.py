@@ -22,6 +22,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.fitted import FixedEffect
 from flexhex.fmus.common.effects import Effect, Shape
 from flexhex.fmus.common.errors import UsageError
 
@@ -79,6 +80,15 @@ class Extras:
             if one.effect.loses:
                 losses[one.axis] = sum(one.gains)
         return losses
+
+    def effects(self, n: int) -> list[FixedEffect]:
+        """All of them as they are now; none if the torque of no effect goes with a torque."""
+        known = {c.effect.id: c for c in compiled(n, {e.effect.id: e.effect for e in self.listed})}
+        pairs = [(known[one.effect.id], one) for one in self.listed if one.gains]
+        own = [(c, one) for c, one in pairs if not (c.effect.loses or c.effect.line)]
+        if all(item.moved for item, _ in own):
+            return []
+        return [FixedEffect(c, one.axis, one.shape, np.array(one.gains)) for c, one in own]
 
     def beside(self, friction: Sequence[Known]) -> list[Known]:
         """Parameters of friction without those that an effect has in its gains."""

@@ -19,11 +19,14 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation.motion import dahl_states
 from flexhex.diagnosis.estimation.structure import Span
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.design import beside_of
+from flexhex.diagnosis.regression.fitted import FixedEffect
 from flexhex.diagnosis.regression.window import curvature
 from flexhex.diagnosis.runs.blocks import Block
+from flexhex.fmus.common.effects import library
 from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
@@ -49,6 +52,12 @@ class Form:
     size: float
     unit: str
     lead: float = 0.0
+
+    @property
+    def shape(self) -> dict[str, float]:
+        """Of the library's dry friction, which leads by nothing."""
+        least = {s.name: s.low for s in library()["coulomb_friction"].shapes}
+        return {**least, {"rate": "v_0", "way": "s_0"}[self.kind]: self.size}
 
     def near(self, factor: float) -> list[Form]:
         """Forms with one number larger or smaller by a factor."""
@@ -131,6 +140,20 @@ def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Fo
                 sampled[:, axis, k] = 1.0
         smoothed.append(sampled)
     return smoothed
+
+
+def effects(
+    listed: Sequence[Known], values: Sequence[float], forms: Sequence[Form]
+) -> list[FixedEffect]:
+    """The library's effects of these parameters and values of a fit."""
+    ids = {name: id for id, name in PARAMETER.items()}
+    known = {c.effect.id: c for c in compiled(len(forms), {id: library()[id] for id in PARAMETER})}
+    fixed = list[FixedEffect]()
+    for own, value in zip(listed, values, strict=True):
+        axis, id = own.axis or 0, ids[own.name.partition("[")[0]]
+        shape = forms[axis].shape if known[id].effect.shapes else {}
+        fixed.append(FixedEffect(known[id], axis, shape, np.array([value])))
+    return fixed
 
 
 def beside(model: Calibrated, listed: Sequence[Known], columns: Sequence[Array]) -> Calibrated:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.hypotheses.along import Along, fixed_of
 from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.misread import Misread
 from flexhex.diagnosis.hypotheses.scales import Scales
-from flexhex.diagnosis.hypotheses.signals import entering, late, passed_on, signals_of
-from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
@@ -23,8 +22,6 @@ LARGER = 2.0
 """Times that a value is clearly larger than another."""
 KEPT = 60_000_000
 """Room for columns of effects that are kept for other fits to the same runs [bytes]."""
-SIGNALS = 60_000_000
-"""Room for signals of other axes than the one that is asked for [bytes]."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 
@@ -38,9 +35,7 @@ class Bench:
         """across: time goes on from run to run instead of starting anew."""
         self.model, self.n, self.across = model, model.base.n, across
         self.effects = {c.effect.id: c for c in effects}
-        self._signals: dict[bool, list[Array]] = {}
-        self._kept: dict[tuple[int, bool, str, int | None, bool], list[Array]] = {}
-        self._halves: dict[tuple[object, ...], list[tuple[Array, Array]]] = {}
+        self.along = Along(model, across)
         self._shapes: dict[tuple[str, int], list[dict[str, float]]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
         self._errors: dict[tuple[str, int], tuple[Mapping[str, float], list[Array]]] = {}
@@ -53,17 +48,6 @@ class Bench:
     def _misread(self) -> Misread:
         return Misread(self.model)
 
-    @cached_property
-    def _torques(self) -> dict[str, list[Array]]:
-        """Torques and their rates in other places than at the joint, made when asked for."""
-        return {}
-
-    def _elsewhere(self, place: str) -> list[Array]:
-        if place not in self._torques:
-            made = {"drive": entering, "link": passed_on}.get(place, partial(late, line=place))
-            self._torques[place] = made(self.model)
-        return self._torques[place]
-
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
         if (name, axis) not in self._grids:
@@ -74,9 +58,9 @@ class Bench:
     def forget(self) -> None:
         """Let go of columns and of the signals that they are made of: they take more memory than
         all else, and are made again when asked for."""
-        made = self._grids, self._errors, self._signals, self._kept, self._halves, self._torques
-        for kept in made:
-            kept.clear()
+        self.along.forget()
+        self._grids.clear()
+        self._errors.clear()
 
     def names(self, axis: int | None) -> list[str]:
         """Ids of the effects that an axis (None: the whole) may have."""
@@ -150,29 +134,17 @@ class Bench:
         return columns
 
     def _smoothed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
-        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         blocks, order = self.model.blocks, shape.get("order", 0.0)
         halvings = max(block.halvings(axis, order) for block in blocks)
-        listed = self._inputs(item, axis, halvings)
-        states = [alike(np.zeros(1), len(x)) for x in listed]
-        if item.along is not None:
-            runs, signals = [b.run for b in blocks], self._followed(item, axis)
-            whole = states_of(item, shape, axis, runs, signals, self.across, self.model.base.window)
-            states = [b.fewer(halvings)(z) for z, b in zip(whole, blocks, strict=True)]
-        return [
-            block.fewer(halvings).smooth(item.columns(x, z, alike(fixed, len(x)))[0])
-            for block, x, z in zip(blocks, listed, states, strict=True)
-        ]
+        columns = self.along.columns(item, axis, shape, halvings)
+        return [b.fewer(halvings).smooth(own) for b, own in zip(blocks, columns, strict=True)]
 
     def _felt(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """What an angle error of an axis does to all torques (m, n, k), of each block; the last one
         is kept: it takes two evaluations of the mechanism."""
         key = item.effect.id, axis
         if key not in self._errors or self._errors[key][0] != shape:
-            fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
-            inputs = self._inputs(item, axis)
-            rest = [(alike(np.zeros(1), len(x)), alike(fixed, len(x))) for x in inputs]
-            columns = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
+            columns = self.along.columns(item, axis, shape)
             turned = self._misread.geared if item.effect.geared else self._misread.turned
             self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(columns)]
         return self._errors[key][1]
@@ -181,9 +153,8 @@ class Bench:
         """Share (m,) of a small change of the reported torque that an effect with a gain of one
         takes away, of each block."""
         item, step = self.effects[name], STEP * float(self.model.torque_rms[axis])
-        fixed = np.array([shape[s.name] for s in item.effect.shapes])
-        shares = []
-        pairs = zip(self.model.blocks, self._inputs(item, axis, 0), strict=True)
+        shares, fixed = [], fixed_of(item, shape)
+        pairs = zip(self.model.blocks, self.along.inputs(item, axis, 0), strict=True)
         for block, inputs in pairs:
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
@@ -191,49 +162,6 @@ class Bench:
             above, below = (item.columns(inputs + way * pushed, *rest)[0] for way in (1, -1))
             shares.append(block.few.smooth((above - below)[:, 0] / (2 * step)))
         return shares
-
-    def _inputs(self, item: Compiled, axis: int, halvings: int | None = None) -> list[Array]:
-        """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
-        the torque is the one that it acts on. halvings: of the samples of `Block.fewer`."""
-        effect = item.effect
-        place = "drive" if effect.entered else "link" if effect.geared else ""
-        place = effect.line if effect.line and self.model.fitted.lag else place
-        # a torque takes longest to make: what does not go with it does without, until it is there
-        kind = axis, item.alone, place, halvings, not item.moved or True in self._signals
-        if kind not in self._kept:
-            self._kept[kind] = self._signals_of(*kind)
-            others = [other for other in self._kept if other[0] != axis]
-            while others and sum(x.nbytes for own in self._kept.values() for x in own) > SIGNALS:
-                del self._kept[others.pop(0)]
-        return self._kept[kind]
-
-    def _followed(self, item: Compiled, axis: int) -> list[tuple[Array, Array]]:
-        """Signals that the states of an effect follow, and the same with half steps, of each block;
-        the last ones are kept, as all shapes of an effect want them."""
-        kind = axis, item.alone, item.by_way, item.effect.entered, item.effect.geared, item.moved
-        if kind not in self._halves:
-            pairs = zip(self._inputs(item, axis), self.model.blocks, strict=True)
-            listed = [
-                followed(item, own, b.run.motion, axis, self.model.base.window) for own, b in pairs
-            ]
-            self._halves = {kind: [(signals, halved(item, signals)) for signals in listed]}
-        return self._halves[kind]
-
-    def _signals_of(
-        self, axis: int, alone: bool, place: str, halvings: int | None, torques: bool
-    ) -> list[Array]:
-        if torques not in self._signals:
-            self._signals = {torques: signals_of(self.model, self.across, torques)}
-        inputs_of_blocks = []
-        for k, signals in enumerate(self._signals[torques]):
-            few = np.asarray if halvings is None else self.model.blocks[k].fewer(halvings)
-            own = few(signals[:, axis])
-            inputs = own.copy() if alone else np.hstack([own, few(signals).reshape(len(own), -1)])
-            if place:
-                there = few(self._elsewhere(place)[k][:, axis])
-                inputs[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
-            inputs_of_blocks.append(inputs)
-        return inputs_of_blocks
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:

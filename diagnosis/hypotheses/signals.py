@@ -25,22 +25,32 @@ SLOW = 2e-3
 
 
 def signals_of(model: Calibrated, across: bool, torques: bool) -> list[Array]:
-    """Angle, rate, acceleration, torque that the joint needs, its rate, time: of all axes
-    (samples, n, 6), of each block. across: time goes on from run to run. torques: that which the
-    drive reports by the fit and its rate are wanted, which take longest to make; else they are
-    zero."""
+    """Angle, rate, acceleration, torque, its rate, time: of all axes (samples, n, 6), of each
+    block. across: time goes on from run to run. torques: that which the drive reports by the base
+    model and its rate are wanted, which take longest to make; else they are zero."""
     signals = []
     for k, block in enumerate(model.blocks):
         motion = block.run.motion
         clock = motion.time - motion.t0 + (block.run.start if across else 0.0)
         time = np.broadcast_to(clock[:, None], motion.theta.shape)
-        torque = np.zeros_like(motion.theta)
-        if torques:
-            torque = _quiet(model, model.raw[k], motion.ts) / (1.0 - model.fitted.losses)
-        taud = np.gradient(torque, motion.ts, axis=0) if torques else torque
-        listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
+        torque = _based(model, k) if torques else np.zeros((*motion.theta.shape, 2))
+        listed = (motion.theta, motion.thetad, motion.thetadd, *np.moveaxis(torque, 2, 0), time)
         signals.append(np.stack(listed, axis=2))
     return signals
+
+
+def _based(model: Calibrated, k: int, found: Array | float = 0.0) -> Array:
+    """Torques that the drives report by the base model and effects that were found (samples, n),
+    and their rates (samples, n, 2), of a block."""
+    motion = model.blocks[k].run.motion
+    torque = (_quiet(model, model.raw[k], motion.ts) + found) / (1.0 - model.fitted.losses)
+    return np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2)
+
+
+def reported(model: Calibrated, found: Sequence[Array]) -> list[Array]:
+    """Torques that the drives report by the fit, with those of effects that were found
+    (samples, n), and their rates (samples, n, 2), of each block."""
+    return [_based(model, k, own) for k, own in enumerate(found)]
 
 
 def entering(model: Calibrated) -> list[Array]:
@@ -83,15 +93,16 @@ def let_through(torque: Array, line: str, time: float, ts: float) -> Array:
     return np.asarray(lfilter(*filters, torque, axis=0, zi=begun)[0])
 
 
-def passed_on(model: Calibrated) -> list[Array]:
-    """Accelerations, reported torques less those of the rotors, and their rates (samples, n, 3), of
-    each block: what springs behind the rotors feel, in whichever way these let the links swing; as
-    smooth as the torques' noise asks for where an acceleration follows from them."""
+def passed_on(model: Calibrated, found: Sequence[Array]) -> list[Array]:
+    """Accelerations, reported torques less those of the rotors and of effects that were found
+    (samples, n), and their rates (samples, n, 3), of each block: what springs behind the rotors
+    feel, in whichever way these let the links swing; as smooth as the torques' noise asks for where
+    an acceleration follows from them."""
     places, remaining = list(model.base.rotors), list[Array]()
-    for block, reported in zip(model.blocks, entering(model), strict=True):
+    for block, own, less in zip(model.blocks, entering(model), found, strict=True):
         motion = block.run.motion
-        rotor = model.linear(block.run)[places] * motion.thetadd
-        remaining.append(np.stack([motion.thetadd, reported[:, :, 0] - rotor], axis=2))
+        spring = own[:, :, 0] - model.linear(block.run)[places] * motion.thetadd - less
+        remaining.append(np.stack([motion.thetadd, spring], axis=2))
     ts = model.blocks[0].run.motion.ts
     for axis in range(model.base.n):
         points = _points(model, [both[:, axis, 1] for both in remaining])

@@ -14,7 +14,8 @@ from flexhex.diagnosis.jointfit.guess import first_guess
 from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.jointfit.rubbed import with_friction
-from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.fitted import Fitted, FixedEffect
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.runs.blocks import LATEST, Block
@@ -179,6 +180,7 @@ def beside(fit: Joint) -> Calibrated:
         free = replace(model.fitted, late=max(late, model.fitted.late), losses=losses)
         now = about_known(model.base, model.blocks, free, model.noise, (), model.errors)
         model = now.as_sure(model)
+    model = replace(model, fitted=replace(model.fitted, effects=effects_of(fit)))
     most = MISLED * axis_rms(model.blocks, fit.residual)
     for _ in range(STEPS_BESIDE):
         there = fit.bench.beside(with_friction(model))
@@ -195,12 +197,13 @@ def beside(fit: Joint) -> Calibrated:
     if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
         return model
-    left = again(fit, fit.bench.beside(model)).residual
+    last = again(fit, fit.bench.beside(model))
+    left, fitted = last.residual, replace(model.fitted, effects=effects_of(last))
     noise = measured(model.blocks, left)
     # the rows and columns so far, before those with the new noise
     model.forget()
     fit.bench.forget()
-    now = replace(model, noise=unweighted(noise, model.noise.white))
+    now = replace(model, fitted=fitted, noise=unweighted(noise, model.noise.white))
     return replace(now, noise=_even(now, left)).doubted(left)
 
 
@@ -211,6 +214,18 @@ def losses_of(fit: Joint) -> Array:
         if part.axis is not None and fit.bench.effects[part.id].effect.loses:
             losses[part.axis] = gains[0]
     return losses
+
+
+def effects_of(fit: Joint) -> tuple[FixedEffect, ...]:
+    """Effects that drives report the torques of, but for what the fit is linear about."""
+    effects, known = list[FixedEffect](), fit.bench.effects
+    for part, gains in zip(fit.parts, fit.beta, strict=True):
+        if part.axis is None or part.id not in known:
+            continue
+        item = known[part.id]
+        if item.effect.acts_on != "measurement" and not (item.effect.loses or item.effect.line):
+            effects.append(FixedEffect(item, part.axis, part.shape, gains))
+    return tuple(effects)
 
 
 def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:

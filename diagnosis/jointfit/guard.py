@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.answer import Joint, again
+from flexhex.diagnosis.jointfit.answer import Joint, again, torque_of
 from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside, held
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.jointfit.rubbed import friction
@@ -76,15 +76,27 @@ def _correlations(one: Array, other: Array, beside: Array) -> tuple[float, float
 def moved(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:
     """Whether widths or the rotors of geared axes are others after a fit to what was found, or the
     delay is by what makes more torque on an axis than `least`, relative, and than the fit leaves
-    there, or what drives lose, by as much in the second order."""
+    there, or what drives lose, by as much in the second order, or the torque of effects that go
+    with torques."""
     widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
     places = [before.base.rotors[axis] for axis in fit.geared]
     rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
     turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
     lost = np.abs((after.fitted.losses - before.fitted.losses) * after.fitted.losses)
-    return bool(
-        widths > BENT or turned or np.any(lost > least) or _later(before, after, fit, least)
-    )
+    bent = widths > BENT or turned or np.any(lost > least)
+    return bool(bent or _with_torque(after, fit, least) or _later(before, after, fit, least))
+
+
+def _with_torque(after: Calibrated, fit: Joint, least: float) -> bool:
+    """Whether the torque of effects that go with torques is another one with the same gains."""
+    known, listed = fit.bench.effects, zip(fit.parts, fit.beta, strict=True)
+    own = [(p, gains) for p, gains in listed if p.id in known and not known[p.id].moved]
+    parts, beta = [part for part, _ in own], [gains for _, gains in own]
+    if not parts:
+        return False
+    then, now = (torque_of(b, parts, beta) for b in (fit.bench, fit.bench.beside(after)))
+    change = axis_rms(after.blocks, [b - a for a, b in zip(then, now, strict=True)])
+    return bool((change > least * after.torque_rms).any())
 
 
 def _later(before: Calibrated, after: Calibrated, fit: Joint, least: float) -> bool:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.runs.blocks import Block
 from flexhex.diagnosis.runs.noise import Noise

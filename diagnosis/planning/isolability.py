@@ -17,7 +17,8 @@ from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.planning.trajectory import Trajectory, read_trajectory
-from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.gram import ABSORBED
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.regression.regression import Columns, Regression

@@ -6,7 +6,7 @@ its nonlinear parameters stand beside every candidate.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from scipy.sparse import csr_array
 from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.regression.design import Design, Stacked
 from flexhex.diagnosis.regression.doubt import doubt
+from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
@@ -29,29 +30,6 @@ CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
 this many smoothing windows."""
 STRETCHES = 4
 """Folds of an only trajectory."""
-
-
-@dataclass(frozen=True)
-class Fitted:
-    """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
-    tolerance late [s] about the one that is expected [s], and the linear ones p, gains that they
-    belong to; loads: what payloads add to p, by their name. Effects of drives are linear about
-    these values: lag, the time constant or delay [s] of the drive of a single axis; losses (n,), or
-    0.0: shares of the reported torques that the joints do not get."""
-
-    p: Array
-    gains: Array
-    widths: Array
-    delay: float
-    late: float
-    loads: Mapping[str, Array] = field(default_factory=dict)
-    expected: float = 0.0
-    lag: float = 0.0
-    losses: Array | float = 0.0
-
-    def wider(self, before: Fitted) -> float:
-        """The largest change of a width since other values, relative."""
-        return float(np.abs(np.log(self.widths / before.widths)).max(initial=0.0))
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
-from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.design import Design, beside_of
+from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.payloads import carried, columns_of, loads_of
 from flexhex.diagnosis.runs.blocks import Block, torque_at, torque_rate
 from flexhex.diagnosis.runs.noise import Noise

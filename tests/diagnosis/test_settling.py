@@ -49,13 +49,15 @@ def searched(
 
     def side(bench: Any, *more: Any) -> Any:
         requests.append(bench.model)
-        fit = SimpleNamespace(bench=bench, geared=geared)
+        fit = SimpleNamespace(bench=bench, geared=geared, parts=(), beta=())
         there = SimpleNamespace(fit=fit, remains=())
         rest = np.array([dict(enumerate(left)).get(len(requests) - 1, 1.0)])
         found = fit if named else None
         return SimpleNamespace(bench=bench, others=None, side=there, fit=found, left=rest)
 
-    bench = lambda model, known: SimpleNamespace(model=model, forget=lambda: None)  # noqa: E731
+    bench = lambda model, known: SimpleNamespace(  # noqa: E731
+        model=model, effects={}, forget=lambda: None
+    )
     monkeypatch.setattr(mechanism, "Bench", bench)
     monkeypatch.setattr(mechanism, "with_lag", lambda fit, deviations: None)
     monkeypatch.setattr(mechanism, "found", side)
@@ -110,7 +112,7 @@ def test_search_goes_on_where_a_delay_moves_by_an_effect(
         base = SimpleNamespace(rotors=(0,), window=0.0)
         return SimpleNamespace(base=base, fitted=fitted, blocks=[], torque_rms=np.ones(1))
 
-    fit: Any = SimpleNamespace(geared=())
+    fit: Any = SimpleNamespace(geared=(), parts=(), beta=(), bench=SimpleNamespace(effects={}))
     assert guard.moved(model(0.0), model(delay), fit, 0.02) == anew
 
 

@@ -66,14 +66,13 @@ def test_what_was_before_a_run_and_is_not_known_was_like_it(starts: list[float])
 def test_angle_error_is_kept_for_its_shape_alone() -> None:
     calls: list[tuple[int, float]] = []
 
-    def columns(inputs: Array, state: Array, fixed: Array) -> list[Array]:
-        return [fixed.copy()]
-
-    shape = SimpleNamespace(name="s")
-    effect = SimpleNamespace(id="error", acts_on="measurement", shapes=[shape], geared=False)
-    item: Any = SimpleNamespace(effect=effect, columns=columns)
+    effect = SimpleNamespace(id="error", acts_on="measurement", geared=False)
+    item: Any = SimpleNamespace(effect=effect)
     bench: Any = Bench(SimpleNamespace(base=SimpleNamespace(n=1)), [item])  # type: ignore[arg-type]
-    bench._inputs = lambda item, axis: [np.zeros((COUNT, 6))]
+    bench.along = SimpleNamespace(
+        columns=lambda item, axis, shape: [np.full((COUNT, 1), shape["s"])],
+        forget=lambda: None,
+    )
 
     def turned(k: int, axis: int, error: Array) -> Array:
         calls.append((axis, error[0, 0]))
