@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from flexhex.diagnosis.hypotheses.compiled import Compiled
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class FixedEffect:
-    """An effect on an axis (from 0) with fixed shapes and gains (k,)."""
+    """An effect, as `hypotheses.compiled` has it, on an axis (from 0) with fixed shapes and gains
+    (k,)."""
 
-    item: Compiled
+    item: Any
     axis: int
     shape: Mapping[str, float]
     gains: Array
