@@ -29,8 +29,8 @@ class Fitted:
     tolerance late [s] about the one that is expected [s], and the linear ones p, gains that they
     belong to; loads: what payloads add to p, by their name. Effects of drives are linear about
     these values: lag, the time constant or delay [s] of the drive of a single axis; losses (n,), or
-    0.0: shares of the reported torques that the joints do not get. effects: what the
-    drives' torques were found to go with beside the base model, as other effects go with these."""
+    0.0: shares of the reported torques that the joints do not get. effects: those that an earlier
+    search found, as the torques that drives report, with which other effects go, hold theirs."""
 
     p: Array
     gains: Array
