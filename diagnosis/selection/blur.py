@@ -23,7 +23,7 @@ from flexhex.diagnosis.selection.form import Space, space_of_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments, Term
-from flexhex.diagnosis.selection.scores import Score, torque_beyond
+from flexhex.diagnosis.selection.scores import Score, effect_term, torque_beyond
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Blur:
     criteria: Criteria
 
     def __call__(self, score: Score) -> float:
-        return felt(score, self.left, self.alike)
+        return felt(score, self.left, self._taken)
 
     @cached_property
     def left(self) -> Mapping[Axis, float]:
@@ -82,6 +82,17 @@ class Blur:
         ]
         return sum(left * share for left, share in shares) / sum(left for left, _ in shares)
 
+    def _taken(self, score: Score, left: float) -> float:
+        """The most that a hypothesis can have gained by such errors on its axis, of what they have
+        left there [nats]. An error of which it may have so large a share at most leaves the others
+        beside it: so what is left beside it bounds that, too."""
+        axis, alike = score.hypothesis.axis, min(self.alike(score), 1.0)
+        if axis is None or alike == 1.0 or alike * left == 0.0:
+            return alike * left
+        longer = self.plain().extended(effect_term(self.plain(), self.hypotheses, score))
+        _, rest = longer.left_over(axis, None)
+        return min(alike * left, alike / (1.0 - alike) * max(rest, 0.0) / 2.0)
+
     def _spaces(self, axis: int) -> Sequence[tuple[float, Space]]:
         if axis not in self._made:
             listed = list[tuple[float, Space]]()
@@ -104,9 +115,9 @@ class Blur:
         ]
 
 
-def felt(score: Score, left: Mapping[Axis, float], alike: Callable[[Score], float]) -> float:
+def felt(score: Score, left: Mapping[Axis, float], taken: Callable[[Score, float], float]) -> float:
     """Of what errors have left on each axis [nats], what a hypothesis may gain by it: as far as it
-    is felt there, of those on its axis as far as it is alike, of those on other axes no more than
+    is felt there, of those on its axis what it can have taken, of those on other axes no more than
     it gains there."""
     axis = score.hypothesis.axis
 
@@ -114,7 +125,7 @@ def felt(score: Score, left: Mapping[Axis, float], alike: Callable[[Score], floa
         if axis is None or other is None:
             return own
         share = score.spread[other] if score.spread else float(other == axis)
-        return share * (alike(score) * own if other == axis else min(own, score.gain))
+        return share * (taken(score, own) if other == axis else min(own, score.gain))
 
     return sum(gained(other, own) for other, own in left.items() if own > 0)
 

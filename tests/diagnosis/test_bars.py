@@ -22,7 +22,14 @@ from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import RMS, Array, bench_of
 
 LEFT = {0: 1000.0, None: 10.0}
-BARS = Bars(5.0, 3.0, lambda score: felt(score, LEFT, lambda _: 1.0))
+
+
+def whole(score: Score, left: float) -> float:
+    """A hypothesis that may be all of an error on its axis."""
+    return left
+
+
+BARS = Bars(5.0, 3.0, lambda score: felt(score, LEFT, whole))
 
 
 def score(gain: float, axis: int, spread: tuple[float, ...] = (), size: float = 0.01) -> Score:
@@ -50,7 +57,7 @@ def test_errors_count_where_they_are_felt(
     axis: int, gain: float, spread: tuple[float, ...], left: float
 ) -> None:
     """And no more of them than it gains there."""
-    assert felt(score(gain, axis, spread), LEFT, lambda _: 1.0) == pytest.approx(left)
+    assert felt(score(gain, axis, spread), LEFT, whole) == pytest.approx(left)
 
 
 @pytest.mark.parametrize(("doubt", "there"), [(1.0, True), (9.0, True), (11.0, False)])

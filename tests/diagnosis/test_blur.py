@@ -19,6 +19,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.search import Search
 from tests.diagnosis.test_selection import RMS, Array, bench_of
 
 
@@ -55,6 +56,34 @@ def test_small_harmonic_of_a_wave_is_found_beside_friction(tmp_path: Path) -> No
     waves = next(effect for effect in side.named if effect.id == "cogging_harmonic")
     orders = [v.value for name, v in waves.parameters.items() if name.startswith("order")]
     assert sorted(orders) == [pytest.approx(17.0, abs=0.1), pytest.approx(34.0, abs=0.2)]
+
+
+@pytest.mark.parametrize(("rough", "bounded"), [(0.0, True), (0.1, False)], ids=["wave", "more"])
+def test_error_leaves_more_beside_a_wave_than_it_made_of_it(
+    rough: float, bounded: bool, tmp_path: Path
+) -> None:
+    """Where a small wave explains all that friction leaves, no error of friction can have made much
+    of it: that would have left the rest. Where something else is left, it may have."""
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        other = rough * np.sign(np.sin(40 * q)) * np.sin(7 * v)
+        return np.asarray(RMS * (0.4 * np.tanh(v / 0.01) + 0.02 * np.cos(34.0 * q) + other))
+
+    bench = bench_of(tmp_path, torque)
+    hypotheses = Hypotheses(bench, Rows.of(bench.model))
+    search = Search(hypotheses, USUAL)
+    first, _ = search.next(1)
+    assert first is not None
+    assert first.score.hypothesis.id == "coulomb_friction"
+    search.accept(first)
+    plain = search.moments.without(*(error for _, error in search.terms))
+    known = list(zip(search.known(), search.terms, strict=True))
+    blur = Blur(search.moments, lambda: plain, hypotheses, known, USUAL)
+    scores = effect_scores(search.moments, hypotheses, search.known(), USUAL, [0])
+    wave = next(s for s in scores if s.hypothesis.id == "cogging_harmonic")
+    most = blur.alike(wave) * blur.left[0]
+    assert (blur(wave) < 0.1 * most) == bounded
+    assert (blur(wave) == pytest.approx(most)) != bounded
 
 
 def test_errors_of_a_changed_parameter_have_any_form(tmp_path: Path) -> None:
