@@ -35,7 +35,7 @@ COLUMNS = ("effect", "parameters", "shows in", "may be taken for")
 def _parameters(effect: Effect) -> Iterator[str]:
     for gain in effect.gains:
         yield f"`{gain.name}` [{gain.unit}] {gain.description}"
-    for shape in effect.shapes:
+    for shape in (own for own in effect.shapes if not own.aside):
         yield f"shape `{shape.name}` [{shape.unit}] {shape.description}"
 
 

@@ -7,9 +7,18 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 
 from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
-from flexhex.diagnosis.hypotheses.signals import entering, late, passed_on, reported, signals_of
+from flexhex.diagnosis.hypotheses.signals import (
+    entering,
+    flat,
+    late,
+    passed_on,
+    points,
+    reported,
+    signals_of,
+)
 from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.numeric.rows import alike
@@ -42,7 +51,14 @@ class Along:
     ) -> list[Array]:
         """Columns (samples, k) of an effect on an axis, of each block. halvings: of the samples of
         `Block.fewer`, of all without."""
-        return self._columns(item, axis, shape, self._place(item), halvings)
+        columns = self._columns(item, axis, shape, self._place(item), halvings)
+        if item.effect.geared:
+            # accelerations follow from them, and noise of a torque has large ones
+            blocks = self.model.blocks
+            taps = [flat(points(shape["smooth"], b.run.motion.ts)) for b in blocks]
+            pairs = zip(columns, taps, strict=True)
+            columns = [convolve1d(own, t, axis=0, mode="nearest") for own, t in pairs]
+        return columns
 
     def _columns(
         self,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmus.common.effects import Effect, Shape, Signals, library
+from flexhex.fmus.common.effects.effect import Expr
 from flexhex.fmus.common.effects.own import OwnEffect
 from flexhex.numeric.rows import native
 from flexhex.numeric.scan import ScanFunction, scans
@@ -54,7 +55,7 @@ class Compiled:
     def freedom(self) -> int:
         """How many numbers a fit of it may choose: gains and shapes, whole ones too, but for those
         that may be left out."""
-        shapes = [s for s in self.effect.shapes if len(s.grid) > 1 and not s.optional]
+        shapes = [s for s in self.effect.shapes if len(s.grid) > 1 and not (s.optional or s.aside)]
         return len(self.effect.gains) + len(shapes)
 
 
@@ -99,6 +100,11 @@ def signals(n: int, symbol: ca.SX) -> Signals:
     return replace(each[0], others=tuple(each[1:]))
 
 
+def _all_columns(effect: Effect, s: Signals, state: ca.SX, shape: Mapping[str, ca.SX]) -> Expr:
+    """Per unit of each gain of `Effect.fitted`."""
+    return ca.vertcat(effect.columns(s, state, shape), effect.aside_columns(s, shape))
+
+
 def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
     return {shape.name: symbol[k] for k, shape in enumerate(effect.shapes)}
 
@@ -122,7 +128,7 @@ def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:
     u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
     shape = _shape(effect, ca.SX.sym("shape", max(1, len(effect.shapes))))
     then = effect.advance(signals(n, u), signals(n, u), state, shape, ca.SX.sym("Ts"))
-    outputs = ca.vertcat(effect.columns(signals(n, u), state, shape), then)
+    outputs = ca.vertcat(_all_columns(effect, signals(n, u), state, shape), then)
     return np.array(ca.which_depends(outputs, u))
 
 
@@ -142,7 +148,7 @@ def _columns(effect: Effect, n: int) -> ca.Function:
     size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
     u, state = ca.SX.sym("u", size), ca.SX.sym("state", max(1, len(effect.states)))
     shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
-    values = effect.columns(signals(n, _wide(u, n)), state, _shape(effect, shape))
+    values = _all_columns(effect, signals(n, _wide(u, n)), state, _shape(effect, shape))
     return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
 
 

@@ -12,10 +12,8 @@ from scipy.sparse import csr_array
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.reversals import angle_noise
-from flexhex.diagnosis.runs.noise import pairs
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.filter.equations import hann
-from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
 LOUD = 0.05
@@ -94,46 +92,27 @@ def let_through(torque: Array, line: str, time: float, ts: float) -> Array:
 
 
 def passed_on(model: Calibrated, found: Sequence[Array]) -> list[Array]:
-    """Accelerations, reported torques less those of the rotors and of effects that were found
-    (samples, n), and their rates (samples, n, 3), of each block: what springs behind the rotors
-    feel, in whichever way these let the links swing; as smooth as the torques' noise asks for where
-    an acceleration follows from them."""
+    """Reported torques less those of the rotors and of effects that were found, and their rates
+    (samples, n, 2), of each block: what springs behind the rotors feel, in whichever way these let
+    the links swing."""
     places, remaining = list(model.base.rotors), list[Array]()
     for block, own, less in zip(model.blocks, entering(model), found, strict=True):
         motion = block.run.motion
-        spring = own[:, :, 0] - model.linear(block.run)[places] * motion.thetadd - less
-        remaining.append(np.stack([motion.thetadd, spring], axis=2))
-    ts = model.blocks[0].run.motion.ts
-    for axis in range(model.base.n):
-        points = _points(model, [both[:, axis, 1] for both in remaining])
-        for both in remaining:
-            both[:, axis] = convolve1d(both[:, axis], hann(points), axis=0, mode="nearest")
-    rates = [np.gradient(both[:, :, 1], ts, axis=0) for both in remaining]
-    return [np.dstack([both, rate]) for both, rate in zip(remaining, rates, strict=True)]
+        torque = own[:, :, 0] - model.linear(block.run)[places] * motion.thetadd - less
+        remaining.append(np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2))
+    return remaining
 
 
-def _points(model: Calibrated, torques: Sequence[Array]) -> int:
-    """Length of the smoothing of the torques (samples,) of an axis, in samples, behind which most
-    can be seen of their second derivative: a longer one takes more of what comes again in the next
-    pass, a shorter one leaves more noise."""
-    ts, both = model.blocks[0].run.motion.ts, list(pairs(model.blocks))
-    points = max(2 * round(SLOW / ts), 2)
-    if not both:
-        return max(points, 2 * round(model.base.window / ts / 2))
-    best, seen = points, 0.0
-    while 4 * points < min(len(torque) for torque in torques):
-        bent = []
-        for block, torque in zip(model.blocks, torques, strict=True):
-            padded = np.pad(torque, (points // 2 - 1, points // 2), mode="edge")
-            smooth = convolved(padded, hann(points))
-            bent.append(block.smooth(np.gradient(np.gradient(smooth))[:, None])[:, 0])
-        rows = [(bent[a], bent[b], model.kept[a] & model.kept[b]) for a, b in both]
-        again = sum(float(one[good] @ other[good]) for one, other, good in rows)
-        whole = sum(float((one[good] ** 2 + other[good] ** 2).sum()) for one, other, good in rows)
-        if max(again, 0.0) ** 2 > seen * whole:
-            best, seen = points, again**2 / whole
-        points *= 2
-    return best
+def points(smooth: float, ts: float) -> int:
+    """Samples under a window of 2^smooth ms."""
+    return 2 * max(round(2**smooth / (2e3 * ts)), 1)
+
+
+def flat(points: int) -> Array:
+    """Weights of a Hann window and of what it takes away, once more (twicing, Tukey 1977): slow
+    waves keep their size."""
+    once = hann(points)[1:]  # the first one is zero
+    return 2.0 * np.pad(once, len(once) // 2) - np.convolve(once, once)
 
 
 def averaged(model: Calibrated) -> list[Motion]:

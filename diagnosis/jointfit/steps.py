@@ -49,4 +49,4 @@ def _least(bench: Bench, part: Part) -> Array:
     known = bench.effects.get(part.id)
     if known is None:
         return np.full(part.columns.values.shape[1], -np.inf)
-    return np.array([0.0 if gain.low == 0 else -np.inf for gain in known.effect.gains])
+    return np.array([0.0 if gain.low == 0 else -np.inf for gain in known.effect.fitted])

@@ -149,7 +149,7 @@ def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
         shape["source"] = float((axis + 1) % bench.n + 1)
     columns = bench.columns(name, axis, shape)
     gains = np.array([g.typical for g in item.effect.gains]) if item else np.full(2, 0.01)
-    values = columns.values @ gains[:, None]
+    values = columns.values[:, : len(gains)] @ gains[:, None]
     return Columns(columns.axis, values), float(np.sqrt((values**2).mean())) * NOISE
 
 

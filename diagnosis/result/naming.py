@@ -152,16 +152,16 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
     effect = library()[part.id] if item is None or part.id in library() else item.effect
     estimates = {}
     kind = fit.bench.scales.kinds[part.axis or 0]
-    each = zip(effect.gains, fit.beta[k], fit.deviation[k], fit.turned[k], strict=True)
-    for gain, value, std, turned in each:
-        alike = [v for g, v in zip(effect.gains, fit.beta[k], strict=True) if g.unit == gain.unit]
+    each = zip(effect.fitted, fit.beta[k], fit.deviation[k], fit.turned[k], strict=True)
+    for gain, value, std, turned in list(each)[: len(effect.gains)]:
+        alike = [v for g, v in zip(effect.fitted, fit.beta[k], strict=True) if g.unit == gain.unit]
         wide = float(np.linalg.norm([std, error * np.linalg.norm(alike), error * turned]))
         unit, positive = kind.unit(gain.unit), gain.low == 0
         one = _estimate(float(value), wide, unit, positive)
         estimates[gain.name] = replace(one, told=not gain.full or one.ci95[1] < gain.high)
     tried = effect.shapes if item is None else item.effect.shapes
     searched = {shape.name for shape in tried if len(shape.grid) > 1}
-    for shape in effect.shapes:
+    for shape in (own for own in effect.shapes if not own.aside):
         std = fit.deviations.shapes[k].get(shape.name, 0.0)
         bent = error * fit.deviations.bent[k].get(shape.name, 0.0)
         wide = float(np.hypot(std, bent))

@@ -177,9 +177,6 @@ class Hypotheses:
             return EffectHypothesis(*common, -most, most, width, "", False, 1, known=known)
         effect = item.effect
         low, high = np.array(self.bench.scales.bounds(name, axis or 0)).T
-        places = {gain.name: k for k, gain in enumerate(effect.gains)}
-        less = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
-        ordered = tuple((places[name], places[more], times) for name, more, times in less)
 
         def taken(shape: Mapping[str, float]) -> Array:
             return self.rows.raw(self.bench.taken(name, axis or 0, shape))
@@ -198,7 +195,8 @@ class Hypotheses:
             slow=item.slow,
             limit=effect.limit,
             varied=effect.varied,
-            ordered=ordered,
+            ordered=self.bench.scales.ordered(name, axis or 0),
+            sized=tuple(k for k, gain in enumerate(effect.gains) if gain.name == effect.size),
             known=known,
         )
 

@@ -29,8 +29,8 @@ class Gain:
     """A linear parameter [unit]; zero means that the effect is absent.
 
     typical: a size worth noticing, also the scale below which it counts as zero; below: another
-    gain of the effect, in the same unit, and how many times that it is at most; full: at `high` the
-    effect is there in full, which says no more than its name.
+    gain, in the same unit or per torque, and how many times that, times the axis' largest torque,
+    it is at most; full: at `high` the effect is there in full, which says no more than its name.
     """
 
     name: str
@@ -52,7 +52,8 @@ class Shape:
     numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
     it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
     average; blended: real ones have several values at once, and this is the main one; optional: a
-    machine file may leave it out, which means `start`; words: what numbers from `low` on mean.
+    machine file may leave it out, which means `start`; words: what numbers from `low` on mean;
+    aside: of how the diagnosis fits it, told to nobody.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Shape:
     blended: bool = False
     optional: bool = False
     words: tuple[str, ...] = ()
+    aside: bool = False
 
     def said(self, value: float) -> str:
         """A value in words, where it has any."""
@@ -133,6 +135,7 @@ class Experiment:
 class Effect:
     """One effect; a subclass sets the attributes and overrides what it needs.
 
+    aside     further gains of the diagnosis alone: what the effect cannot be told without
     acts_on   torque: the joint needs sum gain column more [N m]
               drive: the drive reports sum gain column more than the joint gets [N m]
               measurement: the encoder reads sum gain column more than the angle [rad]
@@ -167,6 +170,7 @@ class Effect:
     title: str
     acts_on: ActsOn
     gains: tuple[Gain, ...]
+    aside: tuple[Gain, ...] = ()
     shapes: tuple[Shape, ...] = ()
     states: tuple[State, ...] = ()
     line: Line = ""
@@ -198,9 +202,18 @@ class Effect:
         grids = [shape.grid or (shape.start,) for shape in self.shapes]
         return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
+    @property
+    def fitted(self) -> tuple[Gain, ...]:
+        """Gains of a diagnosis, its own ones last."""
+        return (*self.gains, *self.aside)
+
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""
         raise NotImplementedError(f"{self.id} has no columns")
+
+    def aside_columns(self, s: Signals, shape: Shapes) -> Expr:
+        """The same of `aside` (n_aside,)."""
+        return ca.SX(0, 1)
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """d state / dt (n_states,); no thetadd in it."""

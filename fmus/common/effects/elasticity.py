@@ -6,7 +6,19 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shapes, Signals
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+)
+
+SHARPER = 6
+"""Times that a part of dry friction turns over earlier: of such parts one can make any between. With
+4 and with 9 two simulated arms have the same elastic joint; with 9 one has its stiff one, too."""
 
 
 class JointElasticity(Effect):
@@ -15,13 +27,45 @@ class JointElasticity(Effect):
 
     An elastic joint (Spong, 1987) with the torque that is measured in the place of the spring's, so
     that its mode is in it. How much the rotor leaves is known as well as its inertia is, which a
-    stiff machine hardly shows: d is c times what that is larger than the model has it.
+    stiff machine hardly shows: d is c times what that is larger than the model has it. Nor does
+    friction of the motor bend the gear, which turns over with the motion, and so fast that what it
+    does to the link stands out: its torque, times c, is fitted beside, as dry friction of three
+    widths and viscous one. So it need not be known.
     """
 
     id, title, acts_on = "joint_elasticity", "elastic joint", "measurement"
     gains = (
         Gain("c", "rad/N m", 1e-4, 0.0, 0.05, "compliance"),
         Gain("d", "s2", 1e-6, -0.05, 0.05, "compliance times what the rotor has more of inertia"),
+    )
+    aside = (
+        Gain("dry", "rad", 1e-4, 0.0, description="c times dry friction", below=("c", 1.0)),
+        Gain("sharp", "rad", 1e-4, description="c times what of that turns over earlier"),
+        Gain("sharper", "rad", 1e-4, description="c times what of that turns over earlier still"),
+        Gain("viscous", "s", 1e-4, 0.0, description="c times viscous friction"),
+    )
+    shapes = (
+        Shape(
+            "v_m",
+            "rad/s",
+            low=1e-3,
+            high=1.0,
+            start=0.1,
+            description="rate within which dry friction of the motor turns over at the latest",
+            aside=True,
+        ),
+        Shape(
+            "smooth",
+            "1",
+            low=3.0,
+            high=6.0,
+            start=4.0,
+            grid=(3.0, 4.0, 5.0, 6.0),
+            description="torques are smoothed over 2^smooth ms",
+            whole=True,
+            as_is=True,
+            aside=True,
+        ),
     )
     geared, size = True, "c"
     excites = "poses in which gravity loads the joint, then fast motion"
@@ -35,6 +79,11 @@ class JointElasticity(Effect):
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         return ca.vertcat(s.tau, -s.thetadd)
+
+    def aside_columns(self, s: Signals, shape: Shapes) -> Expr:
+        within = (shape["v_m"] / SHARPER**k for k in range(3))
+        dry, sharp, sharper = (ca.tanh(s.thetad / rate) for rate in within)
+        return -ca.vertcat(dry, sharp - dry, sharper - dry, s.thetad)
 
     def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
         """Where the encoder is taken to be."""

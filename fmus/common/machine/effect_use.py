@@ -83,8 +83,8 @@ class EffectUse(Section):
             raise ValueError(f"{unknown[0]!r} is not a known key, allowed: {', '.join(_KEYS)}")
         effect, tables = _known(data.get("id")), data["parameters"]
         axes = _axes(effect, data.get("axes"))
-        names = [*(g.name for g in effect.gains), *(s.name for s in effect.shapes)]
-        usual = {s.name: s.start for s in effect.shapes if s.optional}
+        names = [*(g.name for g in effect.gains), *(s.name for s in effect.shapes if not s.aside)]
+        usual = {s.name: s.start for s in effect.shapes if s.optional or s.aside}
         for name in names:
             if name not in tables and name not in usual:
                 raise ValueError(f"parameters.{name}: is missing; {effect.id} has {_text(names)}")
