@@ -108,6 +108,21 @@ class Bench:
         own = [shape for shape in listed if self.scales.possible(name, axis, shape)]
         return [shape for shape in own if effect.meets(axis + 1, self.n, shape)]
 
+    def ordered(self, name: str, axis: int) -> tuple[tuple[int, int, float], ...]:
+        """Pairs of gains of which the first has at most so many times the size of the second."""
+        gains, pairs = self.effects[name].effect.fitted, []
+        places = {gain.name: k for k, gain in enumerate(gains)}
+        for k, gain in enumerate(gains):
+            if gain.below:
+                more, times = gain.below
+                of = {
+                    "": lambda: 1.0,
+                    "torque": lambda: self.scales.peaks[axis],
+                    "inertia": lambda: self._misread.inertia(axis),
+                }
+                pairs.append((k, places[more], times * of[gain.of]()))
+        return tuple(pairs)
+
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""
         thin = self.thin(name, axis, shape)

@@ -61,6 +61,10 @@ class Misread:
         felt = [slope[:, :, None] * (weights @ own)[:, None] for slope, own in pairs]
         return np.asarray(-np.sum(felt, axis=0))
 
+    def inertia(self, axis: int) -> float:
+        """The largest that an axis moves [kg m2]."""
+        return max(float(slopes[2][:, axis].max()) for slopes in self._slopes_of(axis))
+
     def _slopes_of(self, axis: int) -> list[list[Array]]:
         """Torques (m, n) of each block per angle, rate and acceleration of an axis."""
         if axis not in self._slopes:

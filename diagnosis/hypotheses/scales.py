@@ -139,17 +139,6 @@ class Scales:
         pairs = [(gain, self.scale(gain.unit, axis)) for gain in self.effects[name].fitted]
         return [(times * gain.low, times * gain.high) for gain, times in pairs]
 
-    def ordered(self, name: str, axis: int) -> tuple[tuple[int, int, float], ...]:
-        """Pairs of gains of which the first is at most so many times the second."""
-        gains, pairs = self.effects[name].fitted, []
-        places = {gain.name: k for k, gain in enumerate(gains)}
-        for k, gain in enumerate(gains):
-            if gain.below:
-                more, times = places[gain.below[0]], gain.below[1]
-                alike = gain.unit == gains[more].unit
-                pairs.append((k, more, times if alike else times * self.peaks[axis]))
-        return tuple(pairs)
-
 
 def _power_of_two(value: float) -> float:
     """The nearest one."""

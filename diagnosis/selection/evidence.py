@@ -150,7 +150,7 @@ def _possible(
         # a limit takes all beyond it: one that is not quite the best takes too much or too little
         odd[:] = False
     for less, more, times in effect.ordered:
-        odd |= gains[:, less] > (1 + INEXACT) * times * gains[:, more]
+        odd |= np.abs(gains[:, less]) > (1 + INEXACT) * times * gains[:, more]
     odd |= (gains[:, list(effect.sized)] == 0.0).any(axis=1)
     return gains, fall, odd
 

@@ -195,7 +195,7 @@ class Hypotheses:
             slow=item.slow,
             limit=effect.limit,
             varied=effect.varied,
-            ordered=self.bench.scales.ordered(name, axis or 0),
+            ordered=self.bench.ordered(name, axis or 0),
             sized=tuple(k for k, gain in enumerate(effect.gains) if gain.name == effect.size),
             known=known,
         )

@@ -37,7 +37,7 @@ AXES = {"cable_force": 2, "flexible_mode": 3}
 def values(effect: Effect) -> dict[str, float]:
     """Parameters of an effect that anybody would notice."""
     sizes = {gain.name: min(5 * gain.typical, gain.high) for gain in effect.gains}
-    sizes |= {shape.name: shape.start for shape in effect.shapes}
+    sizes |= {shape.name: shape.start for shape in effect.shapes if not shape.aside}
     return sizes | BIG.get(effect.id, {})
 
 
@@ -87,6 +87,8 @@ def toml(entry: EffectUse) -> str:
         value: object = row if entry.axes else row[0]
         lines.append(f'{name} = {{ value = {value}, unit = "{unit}", source = "diagnosed" }}')
     for shape, number in zip(effect.shapes, entry.shapes, strict=True):
+        if shape.aside:
+            continue
         table = f'{{ value = {number!r}, unit = "{shape.unit}", source = "assumed" }}'
         lines.append(f"{shape.name} = {table}")
     return "\n".join([*lines, ""])

@@ -62,8 +62,11 @@ def test_effect_declares_units_and_bounds(effect: Effect) -> None:
     for shape in effect.shapes:
         assert shape.grid, f"{shape.name} has nothing to try"
     units = {gain.name: gain.unit for gain in effect.gains}
-    bounded = [(gain.unit, gain.below) for gain in effect.gains if gain.below]
-    assert all(unit == units[below[0]] and below[1] > 0 for unit, below in bounded)
+    for gain in (own for own in effect.fitted if own.below):
+        other, times = gain.below
+        assert times > 0
+        # what is of a torque or an inertia has another unit
+        assert bool(gain.of) != (gain.unit == units[other])
 
 
 @each
@@ -201,5 +204,5 @@ def test_effect_default_advance_agrees_with_the_exact_one(effect: Effect) -> Non
 def test_use_of_an_effect_keeps_its_values() -> None:
     for id, effect in library().items():
         entry, sizes = use(id), values(effect)
-        assert entry.shape == {s.name: sizes[s.name] for s in effect.shapes}
+        assert entry.shape == {s.name: sizes.get(s.name, s.start) for s in effect.shapes}
         assert [row[0] for row in entry.gains] == [sizes[g.name] for g in effect.gains]

@@ -29,8 +29,8 @@ class Gain:
     """A linear parameter [unit]; zero means that the effect is absent.
 
     typical: a size worth noticing, also the scale below which it counts as zero; below: another
-    gain, in the same unit or per torque, and how many times that, times the axis' largest torque,
-    it is at most; full: at `high` the effect is there in full, which says no more than its name.
+    gain and how many times that it is at most; of: what these are of, the axis' largest torque or
+    the inertia that it moves; full: at `high` the effect is there in full: that is in its name.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Gain:
     high: float = math.inf
     description: str = ""
     below: tuple[str, float] | None = None
+    of: Literal["", "torque", "inertia"] = ""
     full: bool = False
 
 
@@ -52,8 +53,8 @@ class Shape:
     numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
     it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
     average; blended: real ones have several values at once, and this is the main one; optional: a
-    machine file may leave it out, which means `start`; words: what numbers from `low` on mean;
-    aside: of how the diagnosis fits it, told to nobody.
+    machine file may leave it out: `start`; words: what numbers from `low` on mean; aside: told to
+    nobody, it is of how the diagnosis fits.
     """
 
     name: str
@@ -123,8 +124,7 @@ class Signals:
 class Experiment:
     """A run of the reference FMU that shows an effect.
 
-    kind: random, triangle, multisine or chirp; parameters: others of that FMU, by name;
-    payload: (time [s], mass [kg]) schedule.
+    kind: random, triangle, multisine or chirp; parameters: others; payload: (time [s], mass [kg]).
     """
 
     kind: str
@@ -152,8 +152,8 @@ class Effect:
     extends   id of the effect this becomes when all gains but the first are zero
     imitates  id of the effect that wide values of its shapes imitate: they are chosen beside that
               one
-    limit     id of the effect this comes to at an end of its shape's range: a rival of that one
-              only where it predicts better
+    limit     id of the effect this comes to at an end of its shape's range: its rival only where it
+              predicts better
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it
     geared    whether it lies between a rotor, whose angle is read, and the link that it drives: the

@@ -17,8 +17,9 @@ from flexhex.fmus.common.effects.effect import (
 )
 
 SHARPER = 6
-"""Times that a part of dry friction turns over earlier: of such parts one can make any between. With
-4 and with 9 two simulated arms have the same elastic joint; with 9 one has its stiff one, too."""
+"""Times that a part of dry friction turns over earlier: of such parts one can make any between.
+With 4 and with 9 two simulated arms have the same elastic joint; with 9 one has its stiff one, too.
+"""
 
 
 class JointElasticity(Effect):
@@ -36,10 +37,27 @@ class JointElasticity(Effect):
     id, title, acts_on = "joint_elasticity", "elastic joint", "measurement"
     gains = (
         Gain("c", "rad/N m", 1e-4, 0.0, 0.05, "compliance"),
-        Gain("d", "s2", 1e-6, -0.05, 0.05, "compliance times what the rotor has more of inertia"),
+        Gain(
+            "d",
+            "s2",
+            1e-6,
+            -0.05,
+            0.05,
+            "compliance times what the rotor has more of inertia",
+            below=("c", 1.0),
+            of="inertia",
+        ),
     )
     aside = (
-        Gain("dry", "rad", 1e-4, 0.0, description="c times dry friction", below=("c", 1.0)),
+        Gain(
+            "dry",
+            "rad",
+            1e-4,
+            0.0,
+            description="c times dry friction",
+            below=("c", 1.0),
+            of="torque",
+        ),
         Gain("sharp", "rad", 1e-4, description="c times what of that turns over earlier"),
         Gain("sharper", "rad", 1e-4, description="c times what of that turns over earlier still"),
         Gain("viscous", "s", 1e-4, 0.0, description="c times viscous friction"),
@@ -51,6 +69,7 @@ class JointElasticity(Effect):
             low=1e-3,
             high=1.0,
             start=0.1,
+            grid=(0.1,),
             description="rate within which dry friction of the motor turns over at the latest",
             aside=True,
         ),
