@@ -7,7 +7,6 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
 
 from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.signals import (
@@ -54,10 +53,8 @@ class Along:
         columns = self._columns(item, axis, shape, self._place(item), halvings)
         if item.effect.geared:
             # accelerations follow from them, and noise of a torque has large ones
-            blocks = self.model.blocks
-            taps = [flat(points(shape["smooth"], b.run.motion.ts)) for b in blocks]
-            pairs = zip(columns, taps, strict=True)
-            columns = [convolve1d(own, t, axis=0, mode="nearest") for own, t in pairs]
+            pairs = zip(columns, self.model.blocks, strict=True)
+            columns = [flat(own, points(shape["smooth"], b.run.motion.ts)) for own, b in pairs]
         return columns
 
     def _columns(

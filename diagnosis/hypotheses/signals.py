@@ -14,6 +14,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.reversals import angle_noise
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.filter.equations import hann
+from flexhex.numeric.convolved import convolved
 
 Array = NDArray[np.float64]
 LOUD = 0.05
@@ -108,11 +109,13 @@ def points(smooth: float, ts: float) -> int:
     return 2 * max(round(2**smooth / (2e3 * ts)), 1)
 
 
-def flat(points: int) -> Array:
-    """Weights of a Hann window and of what it takes away, once more (twicing, Tukey 1977): slow
-    waves keep their size."""
+def flat(signals: Array, points: int) -> Array:
+    """Signals (samples, k) smoothed by a Hann window, and what it takes away once more (twicing,
+    Tukey 1977): slow waves keep their size."""
     once = hann(points)[1:]  # the first one is zero
-    return 2.0 * np.pad(once, len(once) // 2) - np.convolve(once, once)
+    taps = 2.0 * np.pad(once, len(once) // 2) - np.convolve(once, once)
+    reach = len(taps) // 2
+    return convolved(np.pad(signals, ((reach, reach), (0, 0)), mode="edge"), taps)
 
 
 def averaged(model: Calibrated) -> list[Motion]:

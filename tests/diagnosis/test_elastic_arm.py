@@ -5,9 +5,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis.hypotheses.signals import flat
+from flexhex.diagnosis.prepare import Options
+from flexhex.diagnosis.workflow import diagnose
 from tests.diagnosis import elastic_arm
 from tests.diagnosis.lwa4p import Link, write
 from tests.diagnosis.synthetic import plain_csv
@@ -58,3 +61,12 @@ def test_it_is_named_with_its_compliance_beside_friction(
     for parts in named.values():
         low, high = parts[1]["c"]
         assert low <= COMPLIANCE <= high
+
+
+def test_smoothing_keeps_slow_waves_where_and_as_large_as_they_are() -> None:
+    clock = 1e-3 * np.arange(1000)
+    wave = np.sin(2 * np.pi * 10.0 * clock)[:, None]
+    smooth = flat(wave, 32)
+    assert smooth.shape == wave.shape
+    # under a Hann window alone 0.06 of it are gone
+    assert smooth[100:-100] == pytest.approx(wave[100:-100], abs=5e-3)
