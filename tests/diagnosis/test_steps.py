@@ -29,7 +29,7 @@ def test_step_leaves_a_gain_the_sign_that_it_must_have(low: float, near: float) 
     def columns(name: str, axis: int, shape: dict[str, float]) -> Columns:
         return Columns(0, (np.cos(shape["w"]) * one + np.sin(shape["w"]) * other)[:, None])
 
-    effect = SimpleNamespace(shapes=[SHAPE], gains=[SimpleNamespace(low=low)], geared=False)
+    effect = SimpleNamespace(shapes=[SHAPE], fitted=[SimpleNamespace(low=low)], geared=False)
     items = {"a": SimpleNamespace(searched=[SHAPE], effect=effect)}
     bench: Any = SimpleNamespace(effects=items, scales=usual(items), columns=columns)
     start = Part("a", 0, {"w": 2.0}, columns("a", 0, {"w": 2.0}))
