@@ -14,7 +14,6 @@ from flexhex.diagnosis.hypotheses.signals import (
     flat,
     late,
     passed_on,
-    points,
     reported,
     signals_of,
 )
@@ -53,8 +52,11 @@ class Along:
         columns = self._columns(item, axis, shape, self._place(item), halvings)
         if item.effect.geared:
             # accelerations follow from them, and noise of a torque has large ones
-            pairs = zip(columns, self.model.blocks, strict=True)
-            columns = [flat(own, points(shape["smooth"], b.run.motion.ts)) for own, b in pairs]
+            length, pairs = (
+                1e-3 * 2 ** shape["smooth"],
+                zip(columns, self.model.blocks, strict=True),
+            )
+            columns = [flat(own, length, block.run.motion.ts) for own, block in pairs]
         return columns
 
     def _columns(

@@ -112,15 +112,14 @@ class Bench:
         """Pairs of gains of which the first has at most so many times the size of the second."""
         gains, pairs = self.effects[name].effect.fitted, []
         places = {gain.name: k for k, gain in enumerate(gains)}
-        for k, gain in enumerate(gains):
+        for gain in gains:
             if gain.below:
                 more, times = gain.below
-                of = {
-                    "": lambda: 1.0,
-                    "torque": lambda: self.scales.peaks[axis],
-                    "inertia": lambda: self._misread.inertia(axis),
-                }
-                pairs.append((k, places[more], times * of[gain.of]()))
+                if gain.of == "torque":
+                    times *= self.scales.peaks[axis]
+                elif gain.of == "inertia":
+                    times *= self._misread.inertia(axis)
+                pairs.append((places[gain.name], places[more], times))
         return tuple(pairs)
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:

@@ -104,15 +104,11 @@ def passed_on(model: Calibrated, found: Sequence[Array]) -> list[Array]:
     return remaining
 
 
-def points(smooth: float, ts: float) -> int:
-    """Samples under a window of 2^smooth ms."""
-    return 2 * max(round(2**smooth / (2e3 * ts)), 1)
-
-
-def flat(signals: Array, points: int) -> Array:
-    """Signals (samples, k) smoothed by a Hann window, and what it takes away once more (twicing,
-    Tukey 1977): slow waves keep their size."""
-    once = hann(points)[1:]  # the first one is zero
+def flat(signals: Array, length: float, ts: float) -> Array:
+    """Signals (samples, k), one every ts [s], smoothed over a length [s] by a Hann window, and what
+    that takes away smoothed likewise and added (twicing, Tukey 1977): slow waves keep their size.
+    """
+    once = hann(2 * max(round(length / ts / 2), 1))[1:]  # the first one is zero
     taps = 2.0 * np.pad(once, len(once) // 2) - np.convolve(once, once)
     reach = len(taps) // 2
     return convolved(np.pad(signals, ((reach, reach), (0, 0)), mode="edge"), taps)

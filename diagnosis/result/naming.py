@@ -152,9 +152,10 @@ def _estimates(fit: Joint, k: int, error: float) -> dict[str, Estimate]:
     effect = library()[part.id] if item is None or part.id in library() else item.effect
     estimates = {}
     kind = fit.bench.scales.kinds[part.axis or 0]
-    each = zip(effect.fitted, fit.beta[k], fit.deviation[k], fit.turned[k], strict=True)
-    for gain, value, std, turned in list(each)[: len(effect.gains)]:
-        alike = [v for g, v in zip(effect.fitted, fit.beta[k], strict=True) if g.unit == gain.unit]
+    count = len(effect.gains)  # the others are the diagnosis' own
+    beta, deviation, turns = (own[k][:count] for own in (fit.beta, fit.deviation, fit.turned))
+    for gain, value, std, turned in zip(effect.gains, beta, deviation, turns, strict=True):
+        alike = [v for g, v in zip(effect.gains, beta, strict=True) if g.unit == gain.unit]
         wide = float(np.linalg.norm([std, error * np.linalg.norm(alike), error * turned]))
         unit, positive = kind.unit(gain.unit), gain.low == 0
         one = _estimate(float(value), wide, unit, positive)

@@ -83,9 +83,9 @@ class Blur:
         return sum(left * share for left, share in shares) / sum(left for left, _ in shares)
 
     def _taken(self, score: Score, left: float) -> float:
-        """The most that a hypothesis can have gained by such errors on its axis, of what they have
-        left there [nats]. An error of which it may have so large a share at most leaves the others
-        beside it: so what is left beside it bounds that, too."""
+        """The most that a hypothesis can have gained on its axis from errors that left as much as
+        `left` there [nats]. It can imitate the share `alike` of such an error at most, and cannot
+        remove the rest: so what is left beside it bounds what it gained from the error."""
         axis, alike = score.hypothesis.axis, min(self.alike(score), 1.0)
         if axis is None or alike == 1.0 or alike * left == 0.0:
             return alike * left

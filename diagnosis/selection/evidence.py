@@ -151,7 +151,6 @@ def _possible(
         odd[:] = False
     for less, more, times in effect.ordered:
         odd |= np.abs(gains[:, less]) > (1 + INEXACT) * times * gains[:, more]
-    odd |= (gains[:, list(effect.sized)] == 0.0).any(axis=1)
     return gains, fall, odd
 
 

@@ -196,7 +196,6 @@ class Hypotheses:
             limit=effect.limit,
             varied=effect.varied,
             ordered=self.bench.ordered(name, axis or 0),
-            sized=tuple(k for k, gain in enumerate(effect.gains) if gain.name == effect.size),
             known=known,
         )
 

@@ -39,8 +39,7 @@ class EffectHypothesis:
     at first, of all if there are none; taken: makes of a shape the share (R,) of a change of the
     reported torque that a gain of one takes away, if the columns are of that torque;
     slow: it goes with angle, rate and time alone; varied: see `Effect`; ordered: pairs of gains of
-    which the first is at most so many times the second; sized: gains without which there is no such
-    effect; known: of each shape."""
+    which the first is at most so many times the second; known: of each shape."""
 
     id: str
     axis: Axis
@@ -61,7 +60,6 @@ class EffectHypothesis:
     limit: str = ""
     varied: bool = False
     ordered: tuple[tuple[int, int, float], ...] = ()
-    sized: tuple[int, ...] = ()
     known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
     _base: list[tuple[Array, Array, Array]] = field(default_factory=list, init=False)
 

@@ -59,11 +59,11 @@ def test_small_harmonic_of_a_wave_is_found_beside_friction(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(("rough", "bounded"), [(0.0, True), (0.1, False)], ids=["wave", "more"])
-def test_error_leaves_more_beside_a_wave_than_it_made_of_it(
+def test_gain_from_errors_of_form_is_bounded_by_what_is_left(
     rough: float, bounded: bool, tmp_path: Path
 ) -> None:
-    """Where a small wave explains all that friction leaves, no error of friction can have made much
-    of it: that would have left the rest. Where something else is left, it may have."""
+    """A small wave explains all that friction leaves. An error of friction's form would have left
+    more, so the wave gained little from one. It may have where something else is left."""
 
     def torque(q: Array, v: Array, a: Array) -> Array:
         other = rough * np.sign(np.sin(40 * q)) * np.sin(7 * v)

@@ -66,7 +66,7 @@ def test_it_is_named_with_its_compliance_beside_friction(
 def test_smoothing_keeps_slow_waves_where_and_as_large_as_they_are() -> None:
     clock = 1e-3 * np.arange(1000)
     wave = np.sin(2 * np.pi * 10.0 * clock)[:, None]
-    smooth = flat(wave, 32)
+    smooth = flat(wave, 0.032, 1e-3)
     assert smooth.shape == wave.shape
     # under a Hann window alone 0.06 of it are gone
     assert smooth[100:-100] == pytest.approx(wave[100:-100], abs=5e-3)

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Literal
 
 import casadi as ca
+
+from flexhex.fmus.common.effects.experiment import Experiment as Experiment
 
 ActsOn = Literal["torque", "drive", "measurement", "mechanism"]
 Line = Literal["", "lag", "delay"]
@@ -29,8 +31,9 @@ class Gain:
     """A linear parameter [unit]; zero means that the effect is absent.
 
     typical: a size worth noticing, also the scale below which it counts as zero; below: another
-    gain and how many times that it is at most; of: what these are of, the axis' largest torque or
-    the inertia that it moves; full: at `high` the effect is there in full: that is in its name.
+    gain of the effect and how many times that it is at most, in the same unit or, with `of`, times
+    the axis' largest torque or the inertia that it moves; full: at `high` the effect is there in
+    full, which says no more than its name.
     """
 
     name: str
@@ -53,8 +56,8 @@ class Shape:
     numbers as shares of the largest torque; of_time: in proportion to the time that it sees; as_is:
     it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
     average; blended: real ones have several values at once, and this is the main one; optional: a
-    machine file may leave it out: `start`; words: what numbers from `low` on mean; aside: told to
-    nobody, it is of how the diagnosis fits.
+    machine file may leave it out, which means `start`; words: what numbers from `low` on mean;
+    aside: the diagnosis needs it to fit the effect: it is neither reported nor in a machine file.
     """
 
     name: str
@@ -120,22 +123,11 @@ class Signals:
         return replace(self, **mixed, others=tuple(a.towards(b, share) for a, b in pairs))
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """A run of the reference FMU that shows an effect.
-
-    kind: random, triangle, multisine or chirp; parameters: others; payload: (time [s], mass [kg]).
-    """
-
-    kind: str
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    payload: tuple[tuple[float, float], ...] = ()
-
-
 class Effect:
     """One effect; a subclass sets the attributes and overrides what it needs.
 
-    aside     further gains of the diagnosis alone: what the effect cannot be told without
+    aside     gains that the diagnosis fits together with `gains`, to tell the effect from what goes
+              with it; neither reported nor in a machine file
     acts_on   torque: the joint needs sum gain column more [N m]
               drive: the drive reports sum gain column more than the joint gets [N m]
               measurement: the encoder reads sum gain column more than the angle [rad]
@@ -152,8 +144,8 @@ class Effect:
     extends   id of the effect this becomes when all gains but the first are zero
     imitates  id of the effect that wide values of its shapes imitate: they are chosen beside that
               one
-    limit     id of the effect this comes to at an end of its shape's range: its rival only where it
-              predicts better
+    limit     id of the effect this comes to at an end of its shape's range: a rival of that one
+              only where it predicts better
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it
     geared    whether it lies between a rotor, whose angle is read, and the link that it drives: the
@@ -204,7 +196,7 @@ class Effect:
 
     @property
     def fitted(self) -> tuple[Gain, ...]:
-        """Gains of a diagnosis, its own ones last."""
+        """All gains that the diagnosis fits: `gains`, then `aside`."""
         return (*self.gains, *self.aside)
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
@@ -212,7 +204,7 @@ class Effect:
         raise NotImplementedError(f"{self.id} has no columns")
 
     def aside_columns(self, s: Signals, shape: Shapes) -> Expr:
-        """The same of `aside` (n_aside,)."""
+        """The same, per unit of each gain of `aside` (n_aside,)."""
         return ca.SX(0, 1)
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

@@ -17,9 +17,9 @@ from flexhex.fmus.common.effects.effect import (
 )
 
 SHARPER = 6
-"""Times that a part of dry friction turns over earlier: of such parts one can make any between.
-With 4 and with 9 two simulated arms have the same elastic joint; with 9 one has its stiff one, too.
-"""
+"""Ratio of the rates within which parts of dry friction reverse: together they are like friction of
+any rate between. With 4 and with 9 two simulated arms have the same elastic joint; with 9 one has
+its stiff one, too."""
 
 
 class JointElasticity(Effect):
@@ -28,10 +28,10 @@ class JointElasticity(Effect):
 
     An elastic joint (Spong, 1987) with the torque that is measured in the place of the spring's, so
     that its mode is in it. How much the rotor leaves is known as well as its inertia is, which a
-    stiff machine hardly shows: d is c times what that is larger than the model has it. Nor does
-    friction of the motor bend the gear, which turns over with the motion, and so fast that what it
-    does to the link stands out: its torque, times c, is fitted beside, as dry friction of three
-    widths and viscous one. So it need not be known.
+    stiff machine hardly shows: d is c times what that is larger than the model has it. Friction of
+    the motor does not bend the gear either. It reverses within milliseconds, so that its second
+    derivative is as large as what the gear does. So c times that friction is fitted with the
+    effect, as viscous and as dry friction that reverses within three rates, and need not be known.
     """
 
     id, title, acts_on = "joint_elasticity", "elastic joint", "measurement"
@@ -58,8 +58,8 @@ class JointElasticity(Effect):
             below=("c", 1.0),
             of="torque",
         ),
-        Gain("sharp", "rad", 1e-4, description="c times what of that turns over earlier"),
-        Gain("sharper", "rad", 1e-4, description="c times what of that turns over earlier still"),
+        Gain("sharp", "rad", 1e-4, description="the part of it that reverses within v_m / 6"),
+        Gain("sharper", "rad", 1e-4, description="the part of it that reverses within v_m / 36"),
         Gain("viscous", "s", 1e-4, 0.0, description="c times viscous friction"),
     )
     shapes = (
@@ -70,7 +70,7 @@ class JointElasticity(Effect):
             high=1.0,
             start=0.1,
             grid=(0.1,),
-            description="rate within which dry friction of the motor turns over at the latest",
+            description="largest rate within which dry friction of the motor reverses",
             aside=True,
         ),
         Shape(
