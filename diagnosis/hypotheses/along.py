@@ -8,7 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
+from flexhex.diagnosis.hypotheses.compiled import ACCELERATION, TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.signals import (
     entering,
     flat,
@@ -17,11 +17,14 @@ from flexhex.diagnosis.hypotheses.signals import (
     reported,
     signals_of,
 )
+from flexhex.diagnosis.hypotheses.swinging import Swung, starts, swung
 from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.numeric.rows import alike
 
 Array = NDArray[np.float64]
+SWUNG = "swung"
+"""The place of effects that swing: accelerations as they feel them."""
 SIGNALS = 60_000_000
 """Room for signals of other axes than the one that is asked for [bytes]."""
 
@@ -42,7 +45,8 @@ class Along:
         """Let go of signals; they are made again when asked for."""
         for kept in (self._signals, self._kept, self._halves, self._torques):
             kept.clear()
-        vars(self).pop("found", None)
+        for name in ("found", "_swung"):
+            vars(self).pop(name, None)
 
     def columns(
         self, item: Compiled, axis: int, shape: Mapping[str, float], halvings: int | None = None
@@ -72,8 +76,11 @@ class Along:
         states = [alike(np.zeros(1), len(x)) for x in listed]
         if item.along is not None:
             runs, signals = [b.run for b in blocks], self._followed(item, axis)
+            first = None
+            if item.swings:
+                first = starts(item, fixed, axis, [own[0] for own, _ in signals], self._swung)
             states = states_of(
-                item, shape, axis, runs, signals, self.across, self.model.base.window
+                item, shape, axis, runs, signals, self.across, self.model.base.window, first
             )
             if halvings is not None:
                 states = [b.fewer(halvings)(z) for z, b in zip(states, blocks, strict=True)]
@@ -88,6 +95,8 @@ class Along:
     def _place(self, item: Compiled) -> str:
         """Where the torque is that an effect acts on; none: as the base model has it."""
         effect, fitted = item.effect, self.model.fitted
+        if item.swings:
+            return SWUNG
         if effect.line and fitted.lag:
             return effect.line
         found = "fit" if fitted.effects and not (item.moved or effect.loses) else ""
@@ -107,7 +116,7 @@ class Along:
         """Signals that the states of an effect follow, and the same with half steps, of each block;
         the last ones are kept, as all shapes of an effect want them."""
         # what drives reported is known, and what they remember of it needs no model
-        place = _reported(item)
+        place = SWUNG if item.swings else _reported(item)
         kind = axis, item.alone, item.by_way, place
         if kind not in self._halves:
             pairs = zip(self._inputs(item, axis, place, None), self.model.blocks, strict=True)
@@ -127,10 +136,17 @@ class Along:
             few = np.copy if halvings is None else self.model.blocks[k].fewer(halvings)
             listed = [few(signals[:, i]) for i in axes]
             for i, own in zip(axes, listed, strict=True) if place else ():
-                there = few(self._elsewhere(place)[k][:, i])
-                own[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
+                if place == SWUNG:
+                    own[:, ACCELERATION] = few(self._swung[k].along[:, i])
+                else:
+                    there = few(self._elsewhere(place)[k][:, i])
+                    own[:, TORQUES.stop - there.shape[1] : TORQUES.stop] = there
             inputs_of_blocks.append(np.hstack(listed))
         return inputs_of_blocks
+
+    @cached_property
+    def _swung(self) -> list[Swung]:
+        return swung(self.model)
 
     @cached_property
     def _torques(self) -> dict[str, list[Array]]:

@@ -28,7 +28,8 @@ class Compiled:
     """An effect's columns, and its states if it has any, for samples of a log.
 
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
-    by_way: its states follow the way that angles go: noise must not count as way.
+    by_way: its states follow the way that angles go: noise must not count as way. swings: they
+    follow accelerations, which noise of angles is most of.
     slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
     along: of (state, signals, shapes and time between two samples).
     moved: it goes with motion and time alone, whatever a fit makes of the torque. placed: it goes
@@ -41,6 +42,7 @@ class Compiled:
     along: ScanFunction | None
     alone: bool = False
     by_way: bool = False
+    swings: bool = False
     slow: bool = False
     moved: bool = False
     placed: bool = False
@@ -80,7 +82,7 @@ def compiled(
             c,
             states.get(e.id),
             _is_alone(e, n),
-            _is_by_way(e, n),
+            *_follows(e, n),
             *_is_moved(e, n),
             start=starts.get(e.id),
         )
@@ -132,16 +134,17 @@ def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:
     return np.array(ca.which_depends(outputs, u))
 
 
-def _is_by_way(effect: Effect, n: int) -> bool:
-    """Whether states follow angles, and not accelerations."""
+def _follows(effect: Effect, n: int) -> tuple[bool, bool]:
+    """Whether states follow angles, and not accelerations; and whether they follow these."""
     if not effect.states:
-        return False
+        return False, False
     before, now = (ca.SX.sym(name, N_SIGNAL * (n + 1)) for name in ("before", "now"))
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
     u, v = signals(n, before), signals(n, now)
     then = effect.advance(u, v, state, _shape(effect, fixed), v.time - u.time)
     depends = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
-    return bool(depends[:, 0].any() and not depends[:, 2].any())
+    swings = bool(depends[:, ACCELERATION].any())
+    return bool(depends[:, 0].any() and not swings), swings
 
 
 def _columns(effect: Effect, n: int) -> ca.Function:

@@ -76,10 +76,11 @@ def states_of(
     signals: Sequence[tuple[Array, Array]],
     across: bool,
     window: float,
+    first: Sequence[Array] | None = None,
 ) -> list[Array]:
     """States (samples, states) along each run, each as if it had long moved as it does first or,
     across, from run to run; signals: those that they follow, and the same as `halved`; window: over
-    which an acceleration is known [s].
+    which an acceleration is known [s]; first: states (states,) at the start of each run, if known.
 
     What happened before or between the runs that are known is taken to have been like the
     next one.
@@ -87,18 +88,18 @@ def states_of(
     assert item.along is not None
     assert item.start is not None
     fixed = np.array([shape[s.name] for s in item.effect.shapes])
-    first = np.array([own[0, :N_SIGNAL] for own, _ in signals])
+    begins = np.array([own[0, :N_SIGNAL] for own, _ in signals])
     for k, run in enumerate(runs):
         # an acceleration of one sample is noise
         part = slice(max(round(window / run.motion.ts), 1))
-        first[k, ACCELERATION] = signals[k][0][part, ACCELERATION].mean()
-    (rest,) = item.start(first, alike(fixed if len(fixed) else np.zeros(1), len(first)))
+        begins[k, ACCELERATION] = signals[k][0][part, ACCELERATION].mean()
+    (rest,) = item.start(begins, alike(fixed if len(fixed) else np.zeros(1), len(begins)))
     states: dict[int, Array] = {}
     state, now = None, 0.0
     for k in sorted(range(len(runs)), key=lambda k: runs[k].start):
         run, (own, finer) = runs[k], signals[k]
         if state is None or not across:
-            state = rest[k]
+            state = rest[k] if first is None else first[k]
         if across:
             length = run.motion.ts * len(own)
             for _ in range(round((run.start - now) / length)):

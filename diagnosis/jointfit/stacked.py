@@ -69,9 +69,11 @@ def deviations_of(
 ) -> Deviations:
     """How sure gains and shapes are. A shape that the runs do not determine is kept, the least
     certain one first: left free it would take the gain with it. It may be another by as much as it
-    is, or as these runs allow, and the gains with it."""
+    is, or as these runs allow, and the gains with it. A mode as fast as can be told may be any
+    faster."""
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
+    fastest = np.array([_is_fastest(bench, parts[k], name) for k, name in shaped], dtype=bool)
     free = np.ones(len(shaped), dtype=bool)
     changes = rotor_changes(bench, regression, parts, columns)
     reach, far, still = *np.zeros((2, len(shaped))), ~columns.any(axis=0)
@@ -83,7 +85,7 @@ def deviations_of(
         deviation[gain.lost] = np.inf
         deviation[:count][still] = 0.0
         unsure = np.zeros(len(shaped))
-        unsure[free] = deviation[count:] / sizes[free]
+        unsure[free] = np.where(fastest[free], np.inf, deviation[count:] / sizes[free])
         if not (unsure > UNDETERMINED).any():
             break
         worst = int(np.argmax(unsure))
@@ -110,6 +112,12 @@ def deviations_of(
         gain = regression.gain(Columns(None, columns), changes)
     gains = np.hypot(deviation[:count], unsure)
     return Deviations(gains, spread, gain.covariance[:count, :count], bent, turned)
+
+
+def _is_fastest(bench: Bench, part: Part, name: str) -> bool:
+    """Whether a shape is the frequency of a mode beyond which no smoothing lets one be told."""
+    high = bench.scales.ranges(part.id, part.axis or 0)[name].high
+    return bool(high == bench.scales.fastest <= part.shape[name])
 
 
 def _reach(bench: Bench, part: Part, name: str) -> float:

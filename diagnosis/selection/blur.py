@@ -22,6 +22,7 @@ from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.form import Space, space_of_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+from flexhex.diagnosis.selection.left import rest_on
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.scores import Score, effect_term, torque_beyond
 
@@ -85,13 +86,17 @@ class Blur:
     def _taken(self, score: Score, left: float) -> float:
         """The most that a hypothesis can have gained on its axis from errors that left as much as
         `left` there [nats]. It can imitate the share `alike` of such an error at most, and cannot
-        remove the rest: so what is left beside it bounds what it gained from the error."""
+        remove the rest: so what is left beside it, as much as chance may hide of that, bounds what
+        it gained from the error."""
         axis, alike = score.hypothesis.axis, min(self.alike(score), 1.0)
         if axis is None or alike == 1.0 or alike * left == 0.0:
             return alike * left
         longer = self.plain().extended(effect_term(self.plain(), self.hypotheses, score))
-        _, rest = longer.left_over(axis, None)
-        return min(alike * left, alike / (1.0 - alike) * max(rest, 0.0) / 2.0)
+        rest = rest_on(longer, axis, longer.fit(None).q)
+        if not rest.deviations:
+            return alike * left
+        most = rest.gain * (1.0 + self.criteria.deviations / rest.deviations)
+        return min(alike * left, alike / (1.0 - alike) * most)
 
     def _spaces(self, axis: int) -> Sequence[tuple[float, Space]]:
         if axis not in self._made:

@@ -18,6 +18,12 @@ from flexhex.diagnosis.selection.scores import Score
 from tests.diagnosis.test_selection import RMS, chosen, names
 
 
+def wide(hypotheses: Hypotheses) -> int:
+    """Place of a shape of Stribeck friction that falls within a wide rate, and turns at once."""
+    shapes = hypotheses.effect("stribeck_friction", 0).shapes
+    return [(s["v_s"], s["v_0"]) for s in shapes].index((0.6, 0.0))
+
+
 def test_effect_that_may_be_zero_beside_the_others_has_no_name(tmp_path: Path) -> None:
     """The wave alone is there; the others were scored, and are accepted here all the same."""
     selection = chosen(tmp_path, lambda q, v, a: 0.05 * RMS * np.sin(29.0 * q))
@@ -67,7 +73,7 @@ def test_friction_without_more_of_it_at_rest_has_the_simpler_name(tmp_path: Path
     folds = len(hypotheses.rows.folds)
     scores = [
         Score(hypotheses.effect(name, 0), 100.0, np.zeros(folds), 0.05, shape)
-        for name, shape in (("stribeck_friction", 3), ("coulomb_friction", 0))
+        for name, shape in (("stribeck_friction", wide(hypotheses)), ("coulomb_friction", 0))
     ]
     stribeck = Accepted(scores[0], (scores[1],), 1)
     alone = joint(selection.bench, grouped(selection.bench, [stribeck]))
@@ -104,8 +110,8 @@ def test_effect_whose_further_gains_may_be_zero_has_the_simpler_name(tmp_path: P
     hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
     folds = np.zeros(len(hypotheses.rows.folds))
     scores = [
-        Score(hypotheses.effect(name, 0), 100.0, folds, 0.05)
-        for name in ("stribeck_friction", "coulomb_friction")
+        Score(hypotheses.effect(name, 0), 100.0, folds, 0.05, shape)
+        for name, shape in (("stribeck_friction", wide(hypotheses)), ("coulomb_friction", 0))
     ]
     stribeck = Accepted(scores[0], (scores[1],), 1)
     alone = joint(selection.bench, grouped(selection.bench, [stribeck]))

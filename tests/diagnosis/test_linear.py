@@ -118,7 +118,7 @@ def test_a_machine_of_both_kinds_has_the_units_of_each_axis(tmp_path: Path) -> N
         for e in diagnosis.effects
     }
     assert units_of == {
-        ("coulomb_friction", (1,)): {"F_c": "N m", "s_0": "rad"},
+        ("coulomb_friction", (1,)): {"F_c": "N m", "s_0": "rad", "v_0": "rad/s"},
         ("cogging_harmonic", (2,)): {"a": "N", "b": "N", "order": "1/m"},
     }
     data = diagnosis.data()["residual"]

@@ -24,6 +24,8 @@ def test_modes_end_where_the_smoothing_lets_nothing_through(scales: Scales) -> N
     f = scales.ranges("flexible_mode", 0)["f"]
     assert f.high == 12.0
     assert max(f.grid) <= 12.0 < 1.1 * max(f.grid)
+    # and begin at the slowest that has the name
+    assert min(f.grid) < 1.1 * f.low
     assert scales.possible("flexible_mode", 0, {"f": 11.0, "zeta": 0.02})
     assert not scales.possible("flexible_mode", 0, {"f": 13.0, "zeta": 0.02})
 

@@ -17,7 +17,7 @@ from flexhex.fmus.common.effects.effect import (
     State,
 )
 
-FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(-20, 47))
+FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(-30, 47))
 """A mode is as wide as twice its damping; finer steps are the search's."""
 
 
