@@ -1,7 +1,7 @@
 """Accelerations as a mechanism that swings feels them: what of them repeats, and what came before.
 
 Noise of an angle swings a mode at its own frequency, and so does a start that is not the true one.
-Both hide how the motion itself swings it. So those frequencies count of which passes of a motion
+Both hide how the motion itself swings it. So those frequencies count at which passes of a motion
 have more in common than noise has by chance. What begins at rest rested before. Of a run that
 begins in motion, linear prediction says what came before: its waves went on.
 """
@@ -30,7 +30,9 @@ CHANCE = 3.0
 """Standard deviations of what two noises have in common by chance. With 2 that mode is where it is
 with 3; with 1 and less one at 20 Hz has an interval without it."""
 MEANS = 2048
-"""Means of a run's accelerations that tell what came before it, at most."""
+"""Means of a run's accelerations that tell what came before it, at most. With half as many a mode
+at 20 Hz is found at 28 in one of two draws of `test_calmest.py`; with a quarter one at 9 Hz is 6 to
+10 % too fast where the motion is quiet."""
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ def deviations_of(
     """How sure gains and shapes are. A shape that the runs do not determine is kept, the least
     certain one first: left free it would take the gain with it. It may be another by as much as it
     is, or as these runs allow, and the gains with it. A mode as fast as can be told may be any
-    faster."""
+    faster: its frequency is not determined."""
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
     fastest = np.array([_is_fastest(bench, parts[k], name) for k, name in shaped], dtype=bool)
