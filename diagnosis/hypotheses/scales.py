@@ -129,9 +129,10 @@ class Scales:
             low = max(low, self.slowest[axis]) if s.unit == TURNS and not s.as_is else low
             # what is over soon is no drift
             low = max(low, grid[0]) if s.of_time else low
-            high = min(high, self.fastest) if s.unit == HERTZ and not s.as_is else high
+            open_ = s.unit == HERTZ and not s.as_is and high > self.fastest
+            high = self.fastest if open_ else high
             within = tuple(value for value in grid if low <= value <= high)
-            shapes[s.name] = replace(s, low=low, high=high, start=start, grid=within)
+            shapes[s.name] = replace(s, low=low, high=high, start=start, grid=within, open=open_)
         return shapes
 
     def bounds(self, name: str, axis: int) -> list[tuple[float, float]]:

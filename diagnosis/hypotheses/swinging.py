@@ -29,10 +29,6 @@ noise of `test_calmest.py` a mode at 9 Hz is found within 2 %; with 1 s within 6
 CHANCE = 3.0
 """Standard deviations of what two noises have in common by chance. With 2 that mode is where it is
 with 3; with 1 and less one at 20 Hz has an interval without it."""
-MEANS = 2048
-"""Means of a run's accelerations that tell what came before it, at most. With half as many a mode
-at 20 Hz is found at 28 in one of two draws of `test_calmest.py`; with a quarter one at 9 Hz is 6 to
-10 % too fast where the motion is quiet."""
 
 
 @dataclass(frozen=True)
@@ -102,24 +98,13 @@ def _repeating(passes: Sequence[Run]) -> Array:
 
 def _swung(run: Run, kept: Array, window: float) -> Swung:
     """kept: see `_repeating`; window: over which rates and accelerations are known [s]."""
-    pace, still = run.motion.thetadd, _begins_at_rest(run.motion, window)
-    every = 2 * (len(pace) // MEANS // 2) + 1
-    reach, count = every // 2, (len(pace) - every // 2 - 1) // every
-    coarse = every * np.arange(1 - count, 2 * count + 1)
-    fine = np.arange(coarse[0], coarse[-1] + 1)
-    own, along, before = slice(-fine[0], len(pace) - fine[0]), np.empty_like(pace), list[Array]()
-    for i in range(pace.shape[1]):
-        # the first mean is a step after the first sample, which is predicted, too
-        means = pace[every - reach :][: every * count, i].reshape(count, every).mean(axis=1)
-        weights = prediction(means)
-        back, ahead = (predicted(own, weights, count) for own in (means[::-1], means))
-        back[:] = 0.0 if still[i] else back
-        whole = np.interp(fine, coarse, np.concatenate([back[::-1], means, ahead]))
-        whole[own] = pace[:, i]
-        whole = _filtered(whole, kept[:, i])
-        along[:, i] = whole[own]
-        before.append(whole[: 1 - fine[0] : every])
-    return Swung(along, np.stack(before, axis=1), every * run.motion.ts)
+    motion, still, listed = run.motion, _begins_at_rest(run.motion, window), list[Array]()
+    way, pace = motion.continued, motion.thetadd
+    for i, rested in enumerate(still.tolist()):
+        whole = _filtered(way.around(pace[:, i], i, rested), kept[:, i])
+        listed.append(whole[: way.lead + len(pace)])
+    whole = np.stack(listed, axis=1)
+    return Swung(whole[way.lead :], whole[: 1 + way.lead : way.every], way.every * motion.ts)
 
 
 def _begins_at_rest(motion: Motion, window: float) -> NDArray[np.bool_]:
@@ -136,28 +121,3 @@ def _filtered(values: Array, kept: Array) -> Array:
     """Values (m,) of which these frequencies are kept (frequencies,)."""
     share = np.interp(np.linspace(0, 1, len(values) // 2 + 1), np.linspace(0, 1, len(kept)), kept)
     return np.fft.irfft(share * np.fft.rfft(values), len(values))
-
-
-def prediction(values: Array) -> Array:
-    """Weights (order + 1,) whose sum with a value and those before it, the last first, is next to
-    zero all along values (m,): those of a third as many that do not let them grow (Burg 1975).
-    Backwards they are the same."""
-    forward, backward, weights = values[1:], values[:-1], np.ones(1)
-    for _ in range(len(values) // 3):
-        power = float(forward @ forward + backward @ backward)
-        if power == 0.0:
-            break
-        turned = -2.0 * float(forward @ backward) / power
-        longer = np.append(weights, 0.0)
-        weights = longer + turned * longer[::-1]
-        ahead, behind = forward + turned * backward, backward + turned * forward
-        forward, backward = ahead[1:], behind[:-1]
-    return weights
-
-
-def predicted(values: Array, weights: Array, count: int) -> Array:
-    """So many values (count,) after these (m,), see `prediction`."""
-    from scipy.signal import lfilter, lfiltic  # takes long to load
-
-    begun = lfiltic([1.0], weights, values[::-1][: len(weights) - 1])
-    return np.asarray(lfilter([1.0], weights, np.zeros(count), zi=begun)[0])

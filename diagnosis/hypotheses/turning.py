@@ -86,20 +86,14 @@ def states_of(
     next one.
     """
     assert item.along is not None
-    assert item.start is not None
     fixed = np.array([shape[s.name] for s in item.effect.shapes])
-    begins = np.array([own[0, :N_SIGNAL] for own, _ in signals])
-    for k, run in enumerate(runs):
-        # an acceleration of one sample is noise
-        part = slice(max(round(window / run.motion.ts), 1))
-        begins[k, ACCELERATION] = signals[k][0][part, ACCELERATION].mean()
-    (rest,) = item.start(begins, alike(fixed if len(fixed) else np.zeros(1), len(begins)))
+    rest = _rests(item, fixed, runs, signals, window) if first is None else first
     states: dict[int, Array] = {}
     state, now = None, 0.0
     for k in sorted(range(len(runs)), key=lambda k: runs[k].start):
         run, (own, finer) = runs[k], signals[k]
         if state is None or not across:
-            state = rest[k] if first is None else first[k]
+            state = rest[k]
         if across:
             length = run.motion.ts * len(own)
             for _ in range(round((run.start - now) / length)):
@@ -108,3 +102,21 @@ def states_of(
         states[k] = states_along(item, state, finer, fixed, run.motion, axis)
         state = states[k][-1]
     return [states[k] for k in range(len(runs))]
+
+
+def _rests(
+    item: Compiled,
+    fixed: Array,
+    runs: Sequence[Run],
+    signals: Sequence[tuple[Array, Array]],
+    window: float,
+) -> Array:
+    """States (runs, states) of what had long moved as each run does first."""
+    assert item.start is not None
+    begins = np.array([own[0, :N_SIGNAL] for own, _ in signals])
+    for k, run in enumerate(runs):
+        # an acceleration of one sample is noise
+        part = slice(max(round(window / run.motion.ts), 1))
+        begins[k, ACCELERATION] = signals[k][0][part, ACCELERATION].mean()
+    (rest,) = item.start(begins, alike(fixed if len(fixed) else np.zeros(1), len(begins)))
+    return rest

@@ -73,7 +73,7 @@ def deviations_of(
     faster: its frequency is not determined."""
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
-    fastest = np.array([_is_fastest(bench, parts[k], name) for k, name in shaped], dtype=bool)
+    higher = np.array([_is_open(bench, parts[k], name) for k, name in shaped], dtype=bool)
     free = np.ones(len(shaped), dtype=bool)
     changes = rotor_changes(bench, regression, parts, columns)
     reach, far, still = *np.zeros((2, len(shaped))), ~columns.any(axis=0)
@@ -85,7 +85,7 @@ def deviations_of(
         deviation[gain.lost] = np.inf
         deviation[:count][still] = 0.0
         unsure = np.zeros(len(shaped))
-        unsure[free] = np.where(fastest[free], np.inf, deviation[count:] / sizes[free])
+        unsure[free] = np.where(higher[free], np.inf, deviation[count:] / sizes[free])
         if not (unsure > UNDETERMINED).any():
             break
         worst = int(np.argmax(unsure))
@@ -114,10 +114,10 @@ def deviations_of(
     return Deviations(gains, spread, gain.covariance[:count, :count], bent, turned)
 
 
-def _is_fastest(bench: Bench, part: Part, name: str) -> bool:
-    """Whether a shape is the frequency of a mode beyond which no smoothing lets one be told."""
-    high = bench.scales.ranges(part.id, part.axis or 0)[name].high
-    return bool(high == bench.scales.fastest <= part.shape[name])
+def _is_open(bench: Bench, part: Part, name: str) -> bool:
+    """Whether a shape may be any higher, see `Shape.open`."""
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
+    return shape.open and part.shape[name] >= shape.high
 
 
 def _reach(bench: Bench, part: Part, name: str) -> float:

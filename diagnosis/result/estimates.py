@@ -17,6 +17,11 @@ class Estimate:
     unit: str
     told: bool = True
 
+    @property
+    def determined(self) -> bool:
+        """Whether its interval has ends."""
+        return not any(math.isinf(end) for end in self.ci95)
+
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
         return {"value": self.value, "ci95": [finite(v) for v in self.ci95], "unit": self.unit}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.evidence import log_evidence, mean_of, turned_to
 from flexhex.diagnosis.selection.left import rest_on
-from flexhex.diagnosis.selection.moments import Left, Moments
+from flexhex.diagnosis.selection.moments import Left, Moments, Term
 from flexhex.diagnosis.selection.scores import Score, size_of
 from flexhex.diagnosis.selection.solved import Solved
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
@@ -18,33 +18,73 @@ from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 Array = NDArray[np.float64]
 SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 """Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
+Beside = tuple[Array, Array, Array]
+"""The step (m, k) that the coefficients of a fit take for each of some columns, and what it leaves
+of the products of these with each other (k, k) and with the torque (k,)."""
 
 
 def generic_score(
     moments: Moments, listed: Sequence[NamelessHypothesis], sizes: Sequence[float] = SIZES
 ) -> Score:
     """Something without a name, of any of these kinds and sizes, on left-out folds."""
-    rows, total = moments.rows, dict[Left, float]()
-    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
-    products = {kind.within: kind.within.beside(moments) for kind in listed}
-    for left in [None, *rows.folds]:
-        evidence, fit = list[float](), moments.fit(left)
+    folds, products = moments.rows.folds, {k.within: k.within.beside(moments) for k in listed}
+
+    def tried(left: Left) -> list[Sized]:
+        fit = moments.fit(left)
         beside = {within: _left_of(fit, *own.without(left)) for within, own in products.items()}
-        for kind in listed:
-            at, (moved, S, r) = kind.place, beside[kind.within]
-            for way in kind.ways:
-                values, turned, vectors = turned_to(way.T @ S[at, at] @ way, way.T @ r[at])
-                evidence += [float(log_evidence(values, turned, prior)) for prior in priors]
-                if left is None and max(evidence[-len(priors) :]) == max(evidence):
-                    prior = priors[int(np.argmax(evidence[-len(priors) :]))]
-                    gains = way @ vectors @ (turned / (values + prior))
-                    torque = {i: raw @ gains for i, raw in kind.raw.items()}
-                    best = kind.columns
-                    size = size_of(moments, -(moved[:, at] @ gains), torque)
-        total[left] = mean_of(np.array(evidence))
+        return [each for kind in listed for each in _sized(kind, beside[kind.within], sizes)]
+
+    def evidence(every: Sequence[Sized]) -> float:
+        return mean_of(np.array([each.evidence for each in every]))
+
+    every = tried(None)
+    without = np.array([evidence(tried(fold)) for fold in folds])
+    best = _best(every)
+    torque = {i: raw @ best.gains for i, raw in best.kind.raw.items()}
+    size = size_of(moments, -(best.moved @ best.gains), torque)
     # columns would be kept as long as the score is
-    best = replace(best, columns=lambda _: {}, known=())
-    return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
+    hypothesis = replace(best.kind.columns, columns=lambda _: {}, known=())
+    return Score(hypothesis, evidence(every), without, size)
+
+
+def generic_term(moments: Moments, kind: NamelessHypothesis) -> Term:
+    """One kind of something without a name, of the size that has most evidence, as a term."""
+    best = _best(_sized(kind, _beside(moments, kind)))
+    white = kind.columns.columns(kind.columns.shapes)
+    raw, white = ({i: v @ best.way for i, v in of.items()} for of in (kind.raw, white))
+    return Term(raw, white, np.full(best.way.shape[1], best.prior))
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A kind of something without a name of one size: its evidence [nats], how its coefficients go
+    together (k, k'), the inverse variance of these k', gains (k,) of its columns, and the step
+    (m, k) that coefficients of the model take for each of these."""
+
+    kind: NamelessHypothesis
+    evidence: float
+    way: Array
+    prior: float
+    gains: Array
+    moved: Array
+
+
+def _sized(
+    kind: NamelessHypothesis, beside: Beside, sizes: Sequence[float] = SIZES
+) -> Iterator[Sized]:
+    """A kind in all its ways and of all sizes, beside a model."""
+    at, (moved, S, r) = kind.place, beside
+    for way in kind.ways:
+        values, turned, vectors = turned_to(way.T @ S[at, at] @ way, way.T @ r[at])
+        for prior in (size**-2.0 for size in sizes):
+            gains = way @ (vectors @ (turned / (values + prior)))
+            yield Sized(
+                kind, float(log_evidence(values, turned, prior)), way, prior, gains, moved[:, at]
+            )
+
+
+def _best(listed: Iterable[Sized]) -> Sized:
+    return max(listed, key=lambda each: each.evidence)
 
 
 @dataclass(frozen=True)
@@ -61,12 +101,8 @@ class Whole:
     @staticmethod
     def of(moments: Moments, kind: NamelessHypothesis) -> Whole:
         """kind: of all together."""
-        fit, priors = moments.fit(None), [size**-2.0 for size in SIZES]
-        moved, S, r = _left_of(fit, *kind.within.beside(moments).without(None))
-        way = kind.ways[0]
-        values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
-        prior = max(priors, key=lambda p: float(log_evidence(values, turned, p)))
-        return Whole(moments, kind, way @ vectors @ (turned / (values + prior)), moved)
+        best = _best(_sized(kind, _beside(moments, kind)))
+        return Whole(moments, kind, best.gains, best.moved)
 
     def part(self, kind: NamelessHypothesis) -> float:
         """Relative RMS of one of the kinds, as far as all together say which it is."""
@@ -82,8 +118,12 @@ class Whole:
         return rest_on(self.moments, axis, q, raw, white).size
 
 
-def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> tuple[Array, Array, Array]:
-    """What the coefficients of a fit (m, k) do for columns, and what it leaves of their products
-    with each other (k, k) and with the torque (k,)."""
+def _beside(moments: Moments, kind: NamelessHypothesis) -> Beside:
+    return _left_of(moments.fit(None), *kind.within.beside(moments).without(None))
+
+
+def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> Beside:
+    """Of columns, from their products with a model's (m, k), with the torque (k,) and with each
+    other (1, k, k)."""
     moved = fit.solve(cross)
     return moved, own[0] - cross.T @ moved, right - cross.T @ fit.q

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
 from flexhex.diagnosis.selection.choose import as_good
 from flexhex.diagnosis.selection.evidence import evidence_of, together
-from flexhex.diagnosis.selection.generic_scores import Whole, generic_score
-from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.generic_scores import Whole, generic_score, generic_term
+from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.search import Search
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
@@ -58,13 +59,15 @@ def _better(
     effects: Sequence[tuple[Score, Sequence[Term]]],
     beside: Score,
 ) -> Score | None:
-    """Something without a name in the place of these effects, if it predicts better than they do
-    with the errors of their form and with something without a name beside them. All runs together
-    must say so, too: what learns little from other trajectories has more to gain from one."""
+    """Something without a name in the place of these effects, if it has more evidence than they do
+    with the errors of their form. Left-out folds may not deny it: where rows are many they hardly
+    tell how many numbers it takes, but they tell what one fold does not have in common with others.
+    """
     if not effects:
         return None
-    other, margins = _margins(search, unnamed, effects, beside)
-    return None if any(as_good(m, 0.0, 0.0, search.criteria) for m in margins) else other
+    other, (gain, whole) = _margins(search, unnamed, effects, beside)
+    keeps = as_good(whole, 0.0, 0.0, search.criteria) or gain > log(search.criteria.odds)
+    return None if keeps else other
 
 
 def surely_beside(search: Search, axis: int, place: int, beside: Score) -> bool:
@@ -81,13 +84,30 @@ def _margins(
     effects: Sequence[tuple[Score, Sequence[Term]]],
     beside: Score,
 ) -> tuple[Score, tuple[float, float]]:
-    """Something without a name in the place of these effects, and what they gain with something
-    without a name beside them more than that: on left-out folds, and of all runs together [nats].
-    """
+    """Something without a name in the place of these effects, and what they gain more than that: on
+    left-out folds, and of all runs together [nats]. Beside either of them may be something else
+    without a name, as errors of the forms of others are."""
     moments = search.moments
     terms = [term for _, both in effects for term in both]
-    other = generic_score(moments.without(*terms), unnamed)
-    price = sum(score.price for score, _ in effects)
-    gain = together(moments, terms) + max(beside.gain, 0.0) - price
-    whole = evidence_of(moments, terms) + max(beside.whole, 0.0) - price
-    return other, (gain - other.gain, whole - other.whole)
+    plain = moments.without(*terms)
+    other = generic_score(plain, unnamed)
+    ways = [_of_two_kinds(of, unnamed, first) for of, first in ((moments, beside), (plain, other))]
+    (gain, whole), instead = ways
+    gain += together(moments, terms)
+    whole += evidence_of(moments, terms)
+    # a shape that was fitted to a fold, too, predicts it too well: by all folds about one nat
+    gain -= sum(score.fitted for score, _ in effects)
+    whole -= sum(score.price for score, _ in effects)
+    return other, (gain - instead[0], whole - instead[1])
+
+
+def _of_two_kinds(
+    moments: Moments, unnamed: Sequence[NamelessHypothesis], first: Score
+) -> tuple[float, float]:
+    """What two kinds of something without a name gain beside a model, the first of which is known:
+    on left-out folds, and of all runs together [nats]."""
+    kind = next(each for each in unnamed if each.columns.id == first.hypothesis.id)
+    second = generic_score(moments.extended(generic_term(moments, kind)), unnamed)
+    both = [(score.gain, score.whole) for score in (first, second)]
+    gain, whole = (sum(max(value, 0.0) for value in of) for of in zip(*both, strict=True))
+    return gain, whole

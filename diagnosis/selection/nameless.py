@@ -74,10 +74,10 @@ def nameless(
         if not places or not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
-        part = _share([own[k] for k in places], own) * selection.explained[axis]
+        there = tuple(own[k] for k in places)
+        part = _share(there, own, instead) * selection.explained[axis]
         size, whole = np.hypot([part, selection.explained[axis]], rest[axis].size)
         form = bool(size <= selection.explained[axis] * _inexact(own, criteria))
-        there = tuple(own[k] for k in places)
         functions[axis] = Nameless(
             float(size), float(whole), what, form=form, instead=there, beyond=each.beyond
         )
@@ -107,11 +107,15 @@ def _only_parts(
         parts += more
 
 
-def _share(some: Sequence[Accepted], every: Sequence[Accepted]) -> float:
+def _share(
+    some: Sequence[Accepted], every: Sequence[Accepted], instead: Score | None = None
+) -> float:
     """The torque of some effects, relative to that of all, by what they gain: sizes of slow ones
-    that cancel each other are hardly determined."""
-    gains = [sum(a.score.gain for a in each) for each in (some, every)]
-    return float((gains[0] / max(gains[1], np.finfo(float).tiny)) ** 0.5)
+    that cancel each other are hardly determined. instead: what takes their place and gains as much
+    as all of them together."""
+    rest = sum(a.score.gain for a in every if a not in some)
+    own = instead.gain if instead else sum(a.score.gain for a in some)
+    return float((own / max(own + rest, np.finfo(float).tiny)) ** 0.5)
 
 
 def _inexact(accepted: Sequence[Accepted], criteria: Criteria) -> float:

@@ -36,7 +36,8 @@ class Score:
     they may not be negative; spread: of each axis the share that it feels of that torque, as base
     parameters carry it over, in squares beside the noise; empty beside the base model alone; doubt:
     how often rows say the same again of it, beside all that it leaves; price: what its best shape
-    has more evidence than all shapes together, as nobody knew which it is [nats]."""
+    has more evidence than all shapes together, as nobody knew which it is [nats]; fitted: numbers
+    of its shape that were fitted to all folds."""
 
     hypothesis: Hypothesis
     whole: float
@@ -47,6 +48,7 @@ class Score:
     spread: tuple[float, ...] = ()
     doubt: float = 1.0
     price: float = 0.0
+    fitted: int = 0
 
     @property
     def order(self) -> float | None:
@@ -107,21 +109,24 @@ def effect_score(
     model in which that shape is chosen, see `lookalike.py`."""
     evidence = fits[None].evidence
     price = max(float(evidence.max()) - mean_of(evidence), log(effect.choices))
-    if hypotheses.searched(effect):
+    searched = hypotheses.searched(effect)
+    if searched:
         there = fits if beside is moments else tried(beside, effect)
         effect, fits, many = refined(beside, hypotheses, effect, there, error)
         fits = fits if beside is moments else tried(moments, effect)
         price += many
         if ended(moments, hypotheses, effect, fits):
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
-    return replace(_scored(moments, hypotheses, effect, fits), price=price)
+    score = _scored(moments, hypotheses, effect, fits)
+    return replace(score, price=price, fitted=len(searched))
 
 
 def with_shape(moments: Moments, hypotheses: Hypotheses, score: Score) -> Score:
     """The score of the same effect with the same shape beside another model."""
     assert isinstance(score.hypothesis, EffectHypothesis)
     effect = hypotheses.shaped(score.hypothesis, score.hypothesis.shapes[score.shape])
-    return replace(_scored(moments, hypotheses, effect, tried(moments, effect)), price=score.price)
+    anew = _scored(moments, hypotheses, effect, tried(moments, effect))
+    return replace(anew, price=score.price, fitted=score.fitted)
 
 
 def _scored(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 
 from flexhex.diagnose.numbers import listed, measured, number, percent
@@ -24,7 +23,7 @@ def effect_rows(diagnosis: Diagnosis) -> Rows:
     for e in diagnosis.effects:
         name, share = title(e.id) + (" *" if e.rivals else ""), percent(e.share)
         for axis, estimates in e.parts or ((0, e.parameters),):
-            told = {key: v for key, v in estimates.items() if v.told and _determined(v)}
+            told = {key: v for key, v in estimates.items() if v.told and v.determined}
             known = [f"{key} = {_in_words(e.id, key, v) or measured(v)}" for key, v in told.items()]
             place = where((axis,) if axis else e.axes, short=True)
             rows.append((name, place, ", ".join(known), share))
@@ -56,11 +55,7 @@ def undetermined(diagnosis: Diagnosis) -> list[str]:
 
 
 def _open(value: Estimate) -> bool:
-    return value.told and not _determined(value)
-
-
-def _determined(value: Estimate) -> bool:
-    return not math.isinf(value.ci95[1] - value.ci95[0])
+    return value.told and not value.determined
 
 
 def rivalry(diagnosis: Diagnosis) -> list[str]:

@@ -34,7 +34,7 @@ def measured(e: Estimate) -> str:
     unit = with_unit("", printed(e.unit))
     low, high = e.ci95
     half = 0.5 * (high - low)
-    if math.isinf(half):
+    if not e.determined:
         return f"{number(e.value)}{unit} (not determined)"
     if not half > 0:
         whole = e.value == round(e.value) and abs(e.value) < 1000

@@ -30,8 +30,10 @@ def sizes(effect: Named) -> str:
 
 
 def _all(effect: Named, name: str) -> list[Estimate]:
-    """Estimates of a parameter: of all axes, and of all shapes that one axis has it with."""
-    return [e for n, e in effect.parameters.items() if re.split(r"[\[#]", n)[0] == name]
+    """Estimates of a parameter, as far as it is determined: of all axes, and of all shapes that one
+    axis has it with."""
+    own = {n: e for n, e in effect.parameters.items() if re.split(r"[\[#]", n)[0] == name}
+    return [e for e in own.values() if e.determined]
 
 
 def _amounts(estimates: Sequence[Sequence[Estimate]], alone: bool) -> str:
@@ -70,5 +72,6 @@ def _meaning(effect: Named) -> str:
     values = {name: e.value for name, e in effect.parameters.items()}
     units = {name: e.unit for name, e in effect.parameters.items()}
     known = {gain.name for gain in library()[effect.id].gains} <= values.keys()
+    known &= all(e.determined for e in effect.parameters.values())
     text = library()[effect.id].meaning(values, units) if known else ""
     return f" ({text})" if text else ""

@@ -90,10 +90,11 @@ def parameter_rows(diagnosis: Diagnosis) -> Rows:
     rows: Rows = []
     for one in diagnosis.parameters:
         e = one.estimate
-        known = all(math.isfinite(v) for v in e.ci95)
-        interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}" if known else "any"
+        interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}" if e.determined else "any"
         name = one.name if one.determined else f"{one.name} (not determined)"
-        rows.append((name, number(settled(e), 4) if known else "", interval, printed(e.unit)))
+        rows.append(
+            (name, number(settled(e), 4) if e.determined else "", interval, printed(e.unit))
+        )
     return rows
 
 

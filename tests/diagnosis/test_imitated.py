@@ -93,31 +93,61 @@ def test_cable_tightens_anywhere(zero: float, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("others", "price", "displaced"),
+    ("others", "price", "fitted", "displaced"),
     [
-        ((130.0, 60.0), 0.0, True),
-        ((130.0, 50.0), 0.0, False),
-        ((100.0, 60.0), 0.0, False),
-        ((100.0, 50.0), 5.0, True),
+        ((130.0, 60.0), 0.0, 0, True),
+        ((130.0, 50.0), 0.0, 0, False),
+        ((100.0, 60.0), 0.0, 0, True),
+        ((96.5, 60.0), 0.0, 0, False),
+        ((96.5, 60.0), 0.0, 1, True),
+        ((100.0, 50.0), 5.0, 1, True),
     ],
-    ids=["both", "left-out runs alone", "all runs alone", "of many shapes the best"],
+    ids=[
+        "both",
+        "left-out runs",
+        "all runs",
+        "left-out runs deny it",
+        "fitted to them",
+        "one of many",
+    ],
 )
-def test_effect_is_displaced_where_left_out_runs_and_all_together_say_so(
-    others: tuple[float, float], price: float, displaced: bool, monkeypatch: pytest.MonkeyPatch
+def test_effect_is_displaced_by_what_has_more_evidence(
+    others: tuple[float, float],
+    price: float,
+    fitted: int,
+    displaced: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The effect gains 100 nats on left-out runs and has an evidence of 50; something without a
-    name in its place `others`, beside it nothing."""
-    monkeypatch.setattr(imitated_module, "together", lambda moments, terms: 100.0)
-    monkeypatch.setattr(imitated_module, "evidence_of", lambda moments, terms: 50.0)
-    scores = [SimpleNamespace(gain=g, whole=w) for g, w in ((0.0, 0.0), others)]
-    monkeypatch.setattr(imitated_module, "generic_score", lambda moments, listed: scores.pop(0))
+    name in its place `others`, and of another kind beside either of them nothing."""
+
+    def score(model: SimpleNamespace, listed: object) -> SimpleNamespace:
+        gain, whole = others if model.bare else (0.0, 0.0)
+        return SimpleNamespace(gain=gain, whole=whole, hypothesis=SimpleNamespace(id="angle"))
+
+    nothing = SimpleNamespace(bare=False)
+    bare = SimpleNamespace(bare=True, extended=lambda term: nothing)
+    moments = SimpleNamespace(
+        bare=False, without=lambda *terms: bare, extended=lambda term: nothing
+    )
     whole = SimpleNamespace(of=lambda moments, kind: SimpleNamespace(beyond=lambda axis: 0.0))
-    monkeypatch.setattr(imitated_module, "Whole", whole)
-    effect = SimpleNamespace(hypothesis=SimpleNamespace(id="any"), price=price)
+    for name, value in {
+        "together": lambda moments, terms: 100.0,
+        "evidence_of": lambda moments, terms: 50.0,
+        "generic_score": score,
+        "generic_term": lambda moments, kind: None,
+        "Whole": whole,
+    }.items():
+        monkeypatch.setattr(imitated_module, name, value)
+    effect = SimpleNamespace(hypothesis=SimpleNamespace(id="any"), price=price, fitted=fitted)
+    unnamed = SimpleNamespace(columns=SimpleNamespace(id="angle"))
     subject: Any = SimpleNamespace(
-        moments=SimpleNamespace(without=lambda *terms: None),
+        moments=moments,
         criteria=USUAL,
-        hypotheses=SimpleNamespace(generic=lambda axis: [None], with_angle=lambda name: False),
+        hypotheses=SimpleNamespace(
+            generic=lambda axis: [unnamed],
+            with_angle=lambda name: False,
+        ),
         own=lambda axis: [(effect, (None, None))],
     )
     instead = imitated_module.imitated(subject, 0).instead

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.hypotheses import swinging
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.hypotheses.swinging import Swung, predicted, prediction, starts, swung
+from flexhex.diagnosis.hypotheses.swinging import Swung, starts, swung
+from flexhex.numeric.prediction import predicted, prediction
 
 Array = NDArray[np.float64]
 TS, COUNT, LEAD = 2e-3, 5000, 2000
@@ -30,8 +32,7 @@ def moved(t: Array, theta: Array, kept: slice) -> Any:
     rate = np.gradient(theta, t)
     pace = np.gradient(rate, t)
     columns = {"theta": theta, "thetad": rate, "thetadd": pace}
-    listed = {name: v[kept, None] for name, v in columns.items()}
-    motion = SimpleNamespace(ts=TS, time=t[kept], **listed)
+    motion = Motion(t[kept][0], TS, **{name: v[kept, None] for name, v in columns.items()})
     return SimpleNamespace(run=SimpleNamespace(motion=motion, shift=0.0))
 
 

@@ -71,6 +71,20 @@ def test_effect_has_a_row_for_each_place() -> None:
     assert all(f"{name} = " in values for name in whole.parameters)
 
 
+def test_sentence_leaves_out_what_is_not_determined() -> None:
+    """A mode beyond what the smoothing lets be told; a line below the table says so."""
+    values = {
+        "J_2": estimate(0.05, 0.01, "kg m2"),
+        "f": Estimate(10.7, (-math.inf, math.inf), "Hz"),
+    }
+    effect = replace(BASIC.effects[0], id="flexible_mode", axes=(1,), parts=((1, values),))
+    (line,) = undetermined(replace(BASIC, effects=(effect,)))
+    assert line.endswith("f is not determined on axis 1 (in the fit: 10.7 Hz)")
+    assert sizes(replace(effect, parameters=values)) == " of 0.050 ± 0.010 kg m²"
+    known = values | {"f": Estimate(10.7, (10.0, 11.4), "Hz")}
+    assert sizes(replace(effect, parameters=known)) == " of 0.050 ± 0.010 kg m² at 10.7 Hz"
+
+
 def test_whole_numbers_that_mean_something_are_said_in_words() -> None:
     values = {"C": estimate(-0.19, 0.02, "N m"), "source": Estimate(2.0, (2.0, 2.0), "1")}
     values["kind"] = Estimate(3.0, (3.0, 3.0), "1")

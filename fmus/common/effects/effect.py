@@ -57,7 +57,8 @@ class Shape:
     it takes them as they stand, for any axis; of_place: it counts them from where the axis moves on
     average; blended: real ones have several values at once, and this is the main one; optional: a
     machine file may leave it out, which means `start`; words: what numbers from `low` on mean;
-    aside: the diagnosis needs it to fit the effect: it is neither reported nor in a machine file.
+    aside: the diagnosis needs it to fit the effect: it is neither reported nor in a machine file;
+    open: a value of `high` may be any higher one.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Shape:
     optional: bool = False
     words: tuple[str, ...] = ()
     aside: bool = False
+    open: bool = False
 
     def said(self, value: float) -> str:
         """A value in words, where it has any."""
