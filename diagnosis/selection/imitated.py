@@ -91,7 +91,7 @@ def _margins(
     terms = [term for _, both in effects for term in both]
     plain = moments.without(*terms)
     other = generic_score(plain, unnamed)
-    ways = [_of_two_kinds(of, unnamed, first) for of, first in ((moments, beside), (plain, other))]
+    ways = [of_two_kinds(of, unnamed, first) for of, first in ((moments, beside), (plain, other))]
     (gain, whole), instead = ways
     gain += together(moments, terms)
     whole += evidence_of(moments, terms)
@@ -101,13 +101,16 @@ def _margins(
     return other, (gain - instead[0], whole - instead[1])
 
 
-def _of_two_kinds(
+def of_two_kinds(
     moments: Moments, unnamed: Sequence[NamelessHypothesis], first: Score
 ) -> tuple[float, float]:
     """What two kinds of something without a name gain beside a model, the first of which is known:
-    on left-out folds, and of all runs together [nats]."""
+    on left-out folds, and of all runs together [nats]. What hardly repeats of the first may leave
+    products between passes that only noise can make: the second is not asked for then."""
     kind = next(each for each in unnamed if each.columns.id == first.hypothesis.id)
-    second = generic_score(moments.extended(generic_term(moments, kind)), unnamed)
-    both = [(score.gain, score.whole) for score in (first, second)]
+    longer, scores = moments.extended(generic_term(moments, kind)), [first]
+    if all(longer.fit(left).sure for left in (None, *longer.rows.folds)):
+        scores.append(generic_score(longer, unnamed))
+    both = [(score.gain, score.whole) for score in scores]
     gain, whole = (sum(max(value, 0.0) for value in of) for of in zip(*both, strict=True))
     return gain, whole

@@ -125,7 +125,8 @@ def test_effect_is_displaced_by_what_has_more_evidence(
         gain, whole = others if model.bare else (0.0, 0.0)
         return SimpleNamespace(gain=gain, whole=whole, hypothesis=SimpleNamespace(id="angle"))
 
-    nothing = SimpleNamespace(bare=False)
+    rows, fit = SimpleNamespace(folds=(0,)), SimpleNamespace(sure=True)
+    nothing = SimpleNamespace(bare=False, rows=rows, fit=lambda left: fit)
     bare = SimpleNamespace(bare=True, extended=lambda term: nothing)
     moments = SimpleNamespace(
         bare=False, without=lambda *terms: bare, extended=lambda term: nothing
@@ -152,3 +153,22 @@ def test_effect_is_displaced_by_what_has_more_evidence(
     )
     instead = imitated_module.imitated(subject, 0).instead
     assert (instead is not None) == displaced
+
+
+@pytest.mark.parametrize("sure", [True, False])
+def test_second_kind_is_asked_for_where_the_runs_determine_the_first(
+    sure: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Left-out runs that do not make gains of the second out of noise."""
+    score = SimpleNamespace(gain=9.0, whole=8.0, hypothesis=SimpleNamespace(id="angle"))
+    monkeypatch.setattr(imitated_module, "generic_score", lambda moments, listed: score)
+    monkeypatch.setattr(imitated_module, "generic_term", lambda moments, kind: None)
+    fits = {None: True, 0: sure}
+    longer = SimpleNamespace(
+        rows=SimpleNamespace(folds=(0,)), fit=lambda left: SimpleNamespace(sure=fits[left])
+    )
+    model: Any = SimpleNamespace(extended=lambda term: longer)
+    unnamed: Any = [SimpleNamespace(columns=SimpleNamespace(id="angle"))]
+    first: Any = score
+    gain, whole = imitated_module.of_two_kinds(model, unnamed, first)
+    assert (gain, whole) == ((18.0, 16.0) if sure else (9.0, 8.0))
