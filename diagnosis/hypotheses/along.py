@@ -54,7 +54,7 @@ class Along:
         """Columns (samples, k) of an effect on an axis, of each block. halvings: of the samples of
         `Block.fewer`, of all without."""
         columns = self._columns(item, axis, shape, self._place(item), halvings)
-        if item.effect.geared:
+        if item.effect.geared == "torque":
             # accelerations follow from them, and noise of a torque has large ones
             length, pairs = (
                 1e-3 * 2 ** shape["smooth"],

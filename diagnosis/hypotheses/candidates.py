@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.along import Along, fixed_of
-from flexhex.diagnosis.hypotheses.compiled import TORQUES, Compiled
+from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, TORQUES, Compiled
 from flexhex.diagnosis.hypotheses.misread import Misread
 from flexhex.diagnosis.hypotheses.scales import Scales
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -22,6 +22,8 @@ LARGER = 2.0
 """Times that a value is clearly larger than another."""
 KEPT = 60_000_000
 """Room for columns of effects that are kept for other fits to the same runs [bytes]."""
+BEND = 1e-3
+"""Change of the phase of a wave [rad] that shows its slope and how it bends."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 
@@ -156,12 +158,30 @@ class Bench:
     def _felt(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """What an angle error of an axis does to all torques (m, n, k), of each block; the last one
         is kept: it takes two evaluations of the mechanism."""
+        if item.effect.geared == "angle":
+            return self._meshed(item, axis, shape)
         key = item.effect.id, axis
         if key not in self._errors or self._errors[key][0] != shape:
             columns = self.along.columns(item, axis, shape)
             turned = self._misread.geared if item.effect.geared else self._misread.turned
             self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(columns)]
         return self._errors[key][1]
+
+    def _meshed(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """What an error of a gear that goes with the angle of an axis does to all torques."""
+        blocks, fixed, order = self.model.blocks, fixed_of(item, shape), shape["order"]
+        halvings, felt = max(block.halvings(axis, order) for block in blocks), list[Array]()
+        for k, block in enumerate(blocks):
+            angle, step, ways = block.run.motion.theta[:, axis], BEND / order, list[Array]()
+            for turn in (-step, 0.0, step):
+                signals = np.zeros((len(angle), N_SIGNAL))
+                signals[:, 0] = angle + turn
+                rest = alike(np.zeros(1), len(signals)), alike(fixed, len(signals))
+                ways.append(item.columns(signals, *rest)[0])
+            before, here, after = ways
+            bends = here, (after - before) / (2 * step), (after - 2 * here + before) / step**2
+            felt.append(self._misread.meshed(k, axis, bends, halvings))
+        return felt
 
     def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """Share (m,) of a small change of the reported torque that an effect with a gain of one

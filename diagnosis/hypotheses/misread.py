@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -44,22 +45,43 @@ class Misread:
 
     def geared(self, k: int, axis: int, error: Array) -> Array:
         """The same of what a gear gives way: the axis' rotor moves as its encoder reads."""
-        base, run = self.model.base, self.model.blocks[k].run
-        return self._felt(k, axis, error, float(self.model.linear(run)[base.rotors[axis]]))
+        return self._felt(k, axis, error, self._rotor(k, axis))
+
+    def meshed(self, k: int, axis: int, bends: tuple[Array, Array, Array], halvings: int) -> Array:
+        """The same of an error that goes with the angle of the motor: it and its first two
+        derivatives by the angle (samples, k); halvings: of the samples of `Block.fewer`. The link
+        turns a little slower or faster than the motor, and its torque is so much larger or smaller
+        there."""
+        block, rotor = self.model.blocks[k], self._rotor(k, axis)
+        motion, few, (error, slope, bend) = block.run.motion, block.fewer(halvings), bends
+        rate, pace = motion.thetad[:, axis, None], motion.thetadd[:, axis, None]
+        signals = (error, slope * rate, bend * rate**2 + slope * pace)
+        felt = self._pulled(k, axis, [few.smooth(few(own)) for own in signals], rotor)
+        passed = self._level[k][:, axis] - rotor * self.motions[k].thetadd[:, axis]
+        felt[:, axis] -= passed[:, None] * few.smooth(few(slope))
+        return felt
+
+    def _rotor(self, k: int, axis: int) -> float:
+        base = self.model.base
+        return float(self.model.linear(self.model.blocks[k].run)[base.rotors[axis]])
 
     def _felt(self, k: int, axis: int, error: Array, rotor: float) -> Array:
-        """`-(d tau / d theta e + d tau / d theta' e' + (d tau / d theta'' - rotor) e'')`."""
+        """Torques (m, n, k) for errors (samples, k)."""
         step, weights = self.slow[k]
-        slopes = list(self._slopes_of(axis)[k])
-        slopes[2] = slopes[2].copy()
-        slopes[2][:, axis] -= rotor
-        angle = error[::step]
-        signals, ts = [angle], step * self.model.blocks[k].run.motion.ts
-        for _ in slopes[1:]:
+        signals, ts = [error[::step]], step * self.model.blocks[k].run.motion.ts
+        for _ in SIGNALS[1:]:
             signals.append(np.gradient(signals[-1], ts, axis=0))
+        return self._pulled(k, axis, [weights @ own for own in signals], rotor)
+
+    def _pulled(self, k: int, axis: int, signals: Sequence[Array], rotor: float) -> Array:
+        """`-(d tau / d theta e + d tau / d theta' e' + (d tau / d theta'' - rotor) e'')` of an
+        error and its derivatives, smoothed (m, k) each."""
+        slopes = [slope.copy() for slope in self._slopes_of(axis)[k]]
+        slopes[2][:, axis] -= rotor
         pairs = zip(slopes, signals, strict=True)
-        felt = [slope[:, :, None] * (weights @ own)[:, None] for slope, own in pairs]
-        return np.asarray(-np.sum(felt, axis=0))
+        return np.asarray(
+            -np.sum([slope[:, :, None] * own[:, None] for slope, own in pairs], axis=0)
+        )
 
     def inertia(self, axis: int) -> float:
         """The largest that an axis moves [kg m2]."""

@@ -22,6 +22,7 @@ from flexhex.diagnosis.selection.orders import (
     TRIED,
     Orders,
     Waves,
+    by_size,
     fundamentals,
     promising_orders,
     waves,
@@ -122,12 +123,10 @@ class Hypotheses:
     def _orders(self, moments: Moments, name: str, axis: int, most: int) -> Orders:
         """See `promising_orders`, of what a model leaves."""
         left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
-        if self.with_torque(name):
-            pairs = zip(self.rows.model.blocks, self.rows.model.raw, strict=True)
-            left = left * self.rows.raw([b.smooth(torque[:, axis]) for b, torque in pairs])
         if axis not in self._seen:
             self._seen[axis] = waves(self.rows, axis)
-        return promising_orders(self._seen[axis], left, most)
+        listed = by_size(self.rows, axis, self.bench.effects[name].effect, left)
+        return promising_orders(self._seen[axis], listed, most)
 
     def shaped(self, effect: EffectHypothesis, *shapes: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with other shapes; kept, as a search comes back to its shapes."""
@@ -168,7 +167,7 @@ class Hypotheses:
 
         def columns(chosen: Sequence[Mapping[str, float]]) -> Mapping[int, Array]:
             white = self._white(name, axis, chosen)
-            noisy = item is not None and item.effect.geared
+            noisy = item is not None and item.effect.geared == "torque"
             return expected(self.moments, white) if noisy else white
 
         common = (name, axis, tuple(shapes), columns, felt)

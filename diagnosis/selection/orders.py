@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from scipy.fft import next_fast_len, rfft
 
 from flexhex.diagnosis.hypotheses.scales import PERIODS
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.fmus.common.effects import Effect
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -106,21 +108,37 @@ def waves(rows: Rows, axis: int) -> Waves:
     return Waves(orders, tuple(octaves))
 
 
-def promising_orders(shown: Waves, left: Array, most: int) -> Orders:
-    """The orders at which what a model leaves of an axis' torque, left (R,), has its largest peaks,
-    at most so many, and those beside them."""
-    orders, clear = shown.orders, np.zeros(len(shown.orders))
-    for own in shown.octaves:
+def by_size(rows: Rows, axis: int, effect: Effect, left: Array) -> list[Array]:
+    """What a model leaves of an axis' torque, left (R,), times what waves of an effect grow with
+    (R,): a torque, or the square of a rate; an error of a gear grows with both."""
+    if effect.acts_on == "torque":
+        return [left]
+    pairs = zip(rows.model.blocks, rows.model.raw, strict=True)
+    listed = [left * rows.raw([block.smooth(torque[:, axis]) for block, torque in pairs])]
+    return [*listed, left * rows.rates[:, axis] ** 2] if effect.geared else listed
+
+
+def promising_orders(shown: Waves, listed: Sequence[Array], most: int) -> Orders:
+    """The orders at which what a model leaves of an axis' torque, or what that makes, listed (R,)
+    each, has its largest peaks, at most so many of all together, and those beside them."""
+    orders, clear = shown.orders, np.zeros((len(listed), len(shown.orders)))
+    for own, left in product(shown.octaves, enumerate(listed)):
         count, here = len(own.filled), slice(own.first, own.end)
-        level = np.bincount(own.bins, own.shares * left, count) / np.maximum(own.filled, 1.0)
-        clear[here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
-    there = np.flatnonzero(clear)
-    around = np.maximum(clear[there - 1], np.append(clear, 0.0)[there + 1])
-    peaks = there[clear[there] >= around]
-    peaks = peaks[np.argsort(-clear[peaks])[:most]]
+        level = np.bincount(own.bins, own.shares * left[1], count) / np.maximum(own.filled, 1.0)
+        clear[left[0], here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
+    there = np.flatnonzero(clear.any(axis=0))
+    chosen = [_peaks(each, there, most // len(listed)) for each in clear]
+    peaks = np.unique(np.concatenate(chosen))
     best = np.intersect1d(np.concatenate([peaks - 1, peaks, peaks + 1]), there)
     first = np.flatnonzero(np.isin(best, peaks))
     return Orders(tuple(orders[best].tolist()), -(-len(there) // FINER), tuple(first.tolist()))
+
+
+def _peaks(clear: Array, there: NDArray[np.intp], most: int) -> NDArray[np.intp]:
+    """Places of the largest peaks of a spectrum, of those that are `there`."""
+    around = np.maximum(clear[there - 1], np.append(clear, 0.0)[there + 1])
+    peaks = there[clear[there] >= around]
+    return np.asarray(peaks[np.argsort(-clear[peaks])[:most]])
 
 
 def smoothed(periods: Array) -> Array:

@@ -36,7 +36,7 @@ def test_wave_is_tried_where_slow_rows_show_it(share: float, shown: bool) -> Non
     angle, rate = rows.angles[:, 0], rows.rates[:, 0]
     passing = smoothed(order * rate * WINDOW / (2 * np.pi))
     left = passing * np.cos(order * angle) + 0.02 * np.random.default_rng(1).normal(size=len(angle))
-    orders = promising_orders(waves(rows, 0), left, TRIED).orders
+    orders = promising_orders(waves(rows, 0), [left], TRIED).orders
     nearest = min(abs(order - 100.0) for order in orders)
     # half the spacing of points, which are four in what the slow part tells apart
     assert (nearest <= np.pi / (STROKE * (share or 1.0)) / 4) == shown
@@ -55,7 +55,7 @@ def test_few_places_show_no_wave() -> None:
     rows = swept(1.0)
     rows.angles, rows.rates = rows.angles[::200], rows.rates[::200]
     left = np.cos(3.0 * rows.angles[:, 0])
-    assert promising_orders(waves(rows, 0), left, TRIED) == Orders((), 0, ())
+    assert promising_orders(waves(rows, 0), [left], TRIED) == Orders((), 0, ())
 
 
 def test_orders_of_which_an_axis_sees_a_part_are_not_sought(tmp_path: Path) -> None:

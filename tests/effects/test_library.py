@@ -21,7 +21,7 @@ IDS = """
     torque_ripple second_hysteresis torque_offset linear_stiffness quadratic_stiffness
     cubic_stiffness cable_force torque_constant_saturation torque_saturation drive_lag
     time_delay drive_gain thermal_drift offset_drift encoder_eccentricity flexible_mode
-    cross_coupling gravity_tilt
+    cross_coupling gravity_tilt joint_elasticity transmission_error
 """
 KINDS = ("random", "triangle", "multisine", "chirp")
 EFFECTS = list(library().values())

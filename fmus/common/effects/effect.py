@@ -18,6 +18,7 @@ import casadi as ca
 
 from flexhex.fmus.common.effects.experiment import Experiment as Experiment
 
+Geared = Literal["", "torque", "angle"]
 ActsOn = Literal["torque", "drive", "measurement", "mechanism"]
 Line = Literal["", "lag", "delay"]
 Expr = Any
@@ -150,8 +151,8 @@ class Effect:
               only where it predicts better
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it
-    geared    whether it lies between a rotor, whose angle is read, and the link that it drives: the
-              torque of such an effect is the one that passes on to the link
+    geared    what an error between a rotor, whose angle is read, and the link that it drives goes
+              with: the torque that passes on to the link, or the angle; "": it does not lie there
     exact     the functional form is physically exact (a sine, say), so no allowance for model
               error is made when it is compared with another exact effect
     varied    real ones differ from the form by a good part, with load, temperature, place: more may
@@ -183,7 +184,7 @@ class Effect:
     limit: str = ""
     most: int = 1
     turning: bool = False
-    geared: bool = False
+    geared: Geared = ""
     exact: bool = False
     varied: bool = False
     usual: float = 0.0

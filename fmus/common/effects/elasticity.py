@@ -86,7 +86,7 @@ class JointElasticity(Effect):
             aside=True,
         ),
     )
-    geared, size = True, "c"
+    geared, size = "torque", "c"
     excites = "poses in which gravity loads the joint, then fast motion"
     confused_with = ("flexible_mode", "encoder_eccentricity")
     experiment = "slow triangle through as much of the stroke as possible, then without payload"
