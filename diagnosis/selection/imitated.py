@@ -61,8 +61,7 @@ def _better(
 ) -> Score | None:
     """Something without a name in the place of these effects, if it has more evidence than they do
     with the errors of their form. Left-out folds may not deny it: where rows are many they hardly
-    tell how many numbers it takes, but they tell what one fold does not have in common with others.
-    """
+    tell how many numbers it takes, but they do tell what one fold has alone."""
     if not effects:
         return None
     other, (gain, whole) = _margins(search, unnamed, effects, beside)

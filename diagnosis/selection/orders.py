@@ -109,8 +109,9 @@ def waves(rows: Rows, axis: int) -> Waves:
 
 
 def by_size(rows: Rows, axis: int, effect: Effect, left: Array) -> list[Array]:
-    """What a model leaves of an axis' torque, left (R,), times what waves of an effect grow with
-    (R,): a torque, or the square of a rate; an error of a gear grows with both."""
+    """What a model leaves of an axis' torque, left (R,), times what waves of an effect go with, so
+    that their sign stays the same at an angle: nothing, the torque, or for an error of a gear one
+    residual with the torque and one with the square of the rate."""
     if effect.acts_on == "torque":
         return [left]
     pairs = zip(rows.model.blocks, rows.model.raw, strict=True)
@@ -119,13 +120,13 @@ def by_size(rows: Rows, axis: int, effect: Effect, left: Array) -> list[Array]:
 
 
 def promising_orders(shown: Waves, listed: Sequence[Array], most: int) -> Orders:
-    """The orders at which what a model leaves of an axis' torque, or what that makes, listed (R,)
-    each, has its largest peaks, at most so many of all together, and those beside them."""
+    """The orders at which residuals of an axis, listed (R,) each, have their largest peaks, at most
+    so many of all together, and those beside them."""
     orders, clear = shown.orders, np.zeros((len(listed), len(shown.orders)))
-    for own, left in product(shown.octaves, enumerate(listed)):
+    for own, (k, left) in product(shown.octaves, enumerate(listed)):
         count, here = len(own.filled), slice(own.first, own.end)
-        level = np.bincount(own.bins, own.shares * left[1], count) / np.maximum(own.filled, 1.0)
-        clear[left[0], here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
+        level = np.bincount(own.bins, own.shares * left, count) / np.maximum(own.filled, 1.0)
+        clear[k, here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
     there = np.flatnonzero(clear.any(axis=0))
     chosen = [_peaks(each, there, most // len(listed)) for each in clear]
     peaks = np.unique(np.concatenate(chosen))
