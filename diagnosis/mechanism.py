@@ -9,7 +9,8 @@ import numpy as np
 from flexhex.diagnosis.drives.drifts import drifts_of, without
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled
-from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside
+from flexhex.diagnosis.jointfit.beside import beside
+from flexhex.diagnosis.jointfit.fit import EXPLAINED
 from flexhex.diagnosis.jointfit.guard import moved, without_bent_delay, without_lags
 from flexhex.diagnosis.jointfit.lagging import with_lag
 from flexhex.diagnosis.regression.calibrate import Calibrated

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.jointfit.answer import Joint, again, drifting, torque_of
+from flexhex.diagnosis.jointfit.beside import beside
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
-from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.naming import named_of

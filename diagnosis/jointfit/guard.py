@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, again, torque_of
-from flexhex.diagnosis.jointfit.fit import EXPLAINED, beside, held
+from flexhex.diagnosis.jointfit.beside import beside
+from flexhex.diagnosis.jointfit.fit import EXPLAINED, held
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.jointfit.rubbed import friction
 from flexhex.diagnosis.kinds import axes_named

@@ -150,12 +150,12 @@ class Calibrated:
         """All whitened rows, axis by axis."""
         known = np.array([k.wider**-2.0 * np.isfinite(k.tolerance) for k in self.known])
         times = np.append(self.doubt, np.ones(len(known) - len(self.doubt)))
-        y, drifting = self._whole(self.y), not self.between
+        y, drifting = self.whitened(self.y), not self.between
         return Regression(y, self._white_B, known * times, times, self.layout, drifting=drifting)
 
     def doubted(self, residual: Sequence[Array]) -> Calibrated:
         """The same, as sure of its parameters as residuals (m, n) [N m] of a fuller one let it."""
-        white = np.split(self._whole(residual), self.base.n)
+        white = np.split(self.whitened(residual), self.base.n)
         cluster = self.layout.cluster[self.layout.rows(0)]
         again = replace(self, doubt=doubt(self._white_B, white, cluster))
         # the columns stay, and take longer than all else
@@ -166,7 +166,7 @@ class Calibrated:
         """The same, as sure of its parameters as another of the same runs."""
         return replace(self, doubt=other.doubt, off=other.off)
 
-    def _whole(self, values: Sequence[Array]) -> Array:
+    def whitened(self, values: Sequence[Array]) -> Array:
         """Whitened rows (R,) of values (m, n) in each block, axis by axis."""
         n = self.base.n
         return np.concatenate([self.white(i, [v[:, i] for v in values])[:, 0] for i in range(n)])

@@ -46,3 +46,7 @@ class Fitted:
     def wider(self, before: Fitted) -> float:
         """The largest change of a width since other values, relative."""
         return float(np.abs(np.log(self.widths / before.widths)).max(initial=0.0))
+
+    def later(self, before: Fitted) -> float:
+        """The change of the delay since other values, in tolerances."""
+        return abs(self.delay - before.delay) / self.late

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import joint
-from flexhex.diagnosis.jointfit.fit import beside
+from flexhex.diagnosis.jointfit.beside import beside
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated

@@ -14,6 +14,7 @@ from flexhex.diagnosis.jointfit import fit
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.runs.blocks import blocks, spacing_for
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv
@@ -69,13 +70,18 @@ def test_noise_of_an_axis_is_at_first_what_is_left_there(planar: str, tmp_path: 
 def test_delay_beyond_its_tolerance_explains_much(
     delay: float, left: tuple[float, float], kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Half of the product of what all axes leave without it, squared, or less stays."""
+    """Half of the product of what all axes leave without it, squared, or less stays. Another one
+    begins at zero, and is free all the same."""
 
-    def fitted(base: Any, blocks: Any, share: float) -> tuple[Any, Array]:
-        free = share == 1.0
-        values = SimpleNamespace(delay=delay if free else 0.0, late=1.0)
+    def fitted(base: Any, blocks: Any, late: float) -> tuple[Any, Array]:
+        free = late == 1.0
+        values = Fitted(*np.zeros((3, 1)), delay if free else 0.0, late)
         return SimpleNamespace(fitted=values), np.array(left if free else (1.0, 1.0))
 
     monkeypatch.setattr(fit, "_calibrated", fitted)
+    monkeypatch.setattr(fit, "tolerance_of_delay", lambda base, blocks: 1.0)
+    monkeypatch.setattr(fit, "at_values", lambda model, values: SimpleNamespace(fitted=values))
     base: Any = None
-    assert (fit.calibrate(base, ()).fitted.delay == delay) == kept
+    values = fit.calibrate(base, ()).fitted
+    assert values.delay == (delay if kept else 0.0)
+    assert values.late == 1.0

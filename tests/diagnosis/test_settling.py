@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis import mechanism
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit import fit as fitting
+from flexhex.diagnosis.jointfit import beside as besides
 from flexhex.diagnosis.jointfit import guard
 from flexhex.diagnosis.jointfit.answer import joint
-from flexhex.diagnosis.jointfit.fit import beside
+from flexhex.diagnosis.jointfit.beside import beside
 from tests.diagnosis.test_selection import RMS, RUNS, bench_of
 
 Array = NDArray[np.float64]
@@ -144,8 +144,9 @@ def test_fit_that_goes_astray_beside_friction_is_not_followed(
 
     def astray(_: Any, bench: Any) -> Any:
         there = joint(bench, ())
-        return SimpleNamespace(residual=[10.0 * left for left in fit.residual], q=there.q)
+        vars(there)["residual"] = [10.0 * left for left in fit.residual]
+        return there
 
     assert beside(fit) is not fit.bench.model
-    monkeypatch.setattr(fitting, "again", astray)
+    monkeypatch.setattr(besides, "again", astray)
     assert beside(fit) is fit.bench.model
