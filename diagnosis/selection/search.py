@@ -200,7 +200,7 @@ class Search:
             names = [score.hypothesis.id for score in self.known()]
             for k in reversed(range(len(self.accepted) - 1)):
                 if self.accepted[k].score.hypothesis.axis in felt and not self._stands(k):
-                    self._anew(k)
+                    self.choose_anew(k)
             if names == [score.hypothesis.id for score in self.known()]:
                 break
 
@@ -212,7 +212,8 @@ class Search:
         gain = together(self.moments, terms)
         return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
 
-    def _anew(self, place: int) -> None:
+    def choose_anew(self, place: int) -> None:
+        """Choose what takes an effect's place beside all others: it, another one or nothing."""
         before, terms = self.accepted.pop(place), self.terms.pop(place)
         self.moments = self.moments.without(*terms)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)

@@ -118,6 +118,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
             return heavier(bench, accepted.score.hypothesis, search.moments)
         search.accept(accepted)
         search.revise(accepted.score.hypothesis)
+    review(search)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments = search.moments
     moved = [
@@ -137,6 +138,16 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search,
         moved_gain(moments) + sum(moved),
     )
+
+
+def review(search: Search) -> None:
+    """Choose all effects anew, each beside all others, where a form and its fuller one predict
+    nearly alike: their shapes are of a model without what was found later, and the fuller one may
+    have made up for that."""
+    if any(set(each.fuller) & set(each.rivals) for each in search.accepted):
+        for place in reversed(range(len(search.terms))):
+            if search.terms[place]:
+                search.choose_anew(place)
 
 
 def _rest(search: Search) -> tuple[Rest, ...]:

@@ -28,7 +28,7 @@ from flexhex.diagnosis.selection.nameless import nameless, tolerated
 from flexhex.diagnosis.selection.orders import Orders
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.select import Selection, select
+from flexhex.diagnosis.selection.select import Selection, review, select
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
@@ -102,8 +102,26 @@ def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
         result.accepted.append(Accepted(Score(effect, 100.0, np.zeros(1), 0.1), (), 1))
         result.terms.append(("its columns",))  # type: ignore[arg-type]
     anew = list[int]()
-    monkeypatch.setattr(result, "_anew", anew.append)
+    monkeypatch.setattr(result, "choose_anew", anew.append)
     result.revise(effects[1])
+    assert anew == chosen_anew
+
+
+@pytest.mark.parametrize(("rivals", "chosen_anew"), [("fuller", [2, 0]), ("other", []), ("", [])])
+def test_all_are_chosen_anew_where_a_fuller_form_is_a_rival(
+    rivals: str, chosen_anew: list[int]
+) -> None:
+    """The last one first; a parameter has no shape."""
+    effect, score = SimpleNamespace(axis=0), lambda: Score(effect, 100.0, np.zeros(1), 0.1)  # type: ignore[arg-type]
+    fuller, other, plain = score(), score(), Accepted(score(), (), 1)
+    listed = {"fuller": (fuller,), "other": (other,), "": ()}[rivals]
+    anew = list[int]()
+    found: Any = SimpleNamespace(
+        accepted=[Accepted(score(), listed, 1, (fuller,)), plain, plain],
+        terms=[("columns",), (), ("columns",)],
+        choose_anew=anew.append,
+    )
+    review(found)
     assert anew == chosen_anew
 
 
