@@ -16,20 +16,11 @@ from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import ColumnsByAxis, EffectHypothesis
 from flexhex.diagnosis.selection.keep import Keep
 from flexhex.diagnosis.selection.moments import Moments, Term
-from flexhex.diagnosis.selection.orders import (
-    ANEW,
-    OVERTONES,
-    TRIED,
-    Orders,
-    Waves,
-    by_size,
-    fundamentals,
-    promising_orders,
-    waves,
-)
+from flexhex.diagnosis.selection.orders import ANEW, OVERTONES, TRIED, Orders, fundamentals
 from flexhex.diagnosis.selection.others import others
 from flexhex.diagnosis.selection.products import ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.seen import Seen
 from flexhex.diagnosis.selection.survey import first_of
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis, nameless
 from flexhex.fmus.common.effects import Shape
@@ -53,7 +44,7 @@ class Hypotheses:
         self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}
         self._known = dict[tuple[object, ...], ShapeProducts]()
         self._keep = Keep()
-        self._seen = dict[int, Waves]()
+        self.seen = Seen(rows, bench.effects)
         self.imitated = dict[tuple[str, Axis], Term]()
         self.longer: tuple[Moments, tuple[str, Axis], Moments] | None = None
         self.loaded: dict[tuple[int, ...], Bench] = {}
@@ -61,7 +52,7 @@ class Hypotheses:
     def forget(self) -> None:
         """Let go of columns and products, most of the memory; scores still refer to all else."""
         self._keep.forget()
-        self._seen.clear()
+        self.seen.forget()
         self.imitated.clear()
         self.longer = None
         for known in self._known.values():
@@ -83,7 +74,9 @@ class Hypotheses:
         if (name, axis) not in self._effects:
             shapes = self.bench.shapes(name, axis or 0)
             if axis is not None and shapes and list(shapes[0]) == ORDER:
-                found = self._waves(name, axis, self._orders(self.moments, name, axis, TRIED))
+                found = self._waves(
+                    name, axis, self.seen.promising(self.moments, name, axis, TRIED)
+                )
             else:
                 found = self._hypothesis(name, axis, shapes)
                 searched = [shape.name for shape in self.searched(found)]
@@ -103,7 +96,7 @@ class Hypotheses:
         if own:
             key = name, axis, own
             if key not in self._anew:
-                listed = self._orders(moments, name, axis, ANEW)
+                listed = self.seen.promising(moments, name, axis, ANEW)
                 self._anew[key] = self._waves(name, axis, listed)
             hypotheses += [self._anew[key]] if self._anew[key].shapes else []
         if waves := fundamentals(orders):
@@ -119,14 +112,6 @@ class Hypotheses:
         """An effect with these orders of the angle."""
         hypothesis = self._hypothesis(name, axis, [{ORDER[0]: order} for order in listed.orders])
         return replace(hypothesis, choices=listed.choices, first=listed.peaks)
-
-    def _orders(self, moments: Moments, name: str, axis: int, most: int) -> Orders:
-        """See `promising_orders`, of what a model leaves."""
-        left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
-        if axis not in self._seen:
-            self._seen[axis] = waves(self.rows, axis)
-        listed = by_size(self.rows, axis, self.bench.effects[name].effect, left)
-        return promising_orders(self._seen[axis], listed, most)
 
     def shaped(self, effect: EffectHypothesis, *shapes: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with other shapes; kept, as a search comes back to its shapes."""

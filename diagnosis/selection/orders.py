@@ -124,15 +124,38 @@ def promising_orders(shown: Waves, listed: Sequence[Array], most: int) -> Orders
     so many of all together, and those beside them."""
     orders, clear = shown.orders, np.zeros((len(listed), len(shown.orders)))
     for own, (k, left) in product(shown.octaves, enumerate(listed)):
-        count, here = len(own.filled), slice(own.first, own.end)
-        level = np.bincount(own.bins, own.shares * left, count) / np.maximum(own.filled, 1.0)
-        clear[k, here] = np.abs(rfft(level, FINER * count)[here]) / own.noise
+        clear[k, own.first : own.end] = _spectrum(own, left)
     there = np.flatnonzero(clear.any(axis=0))
     chosen = [_peaks(each, there, most // len(listed)) for each in clear]
     peaks = np.unique(np.concatenate(chosen))
     best = np.intersect1d(np.concatenate([peaks - 1, peaks, peaks + 1]), there)
     first = np.flatnonzero(np.isin(best, peaks))
     return Orders(tuple(orders[best].tolist()), -(-len(there) // FINER), tuple(first.tolist()))
+
+
+def stands_out(shown: Waves, listed: Sequence[Array], order: float) -> bool:
+    """Whether a wave is larger in one of these residuals than chance makes the largest of its
+    octave: of K waves that are alike, squares fall off exponentially, and one beyond 2 ln K of
+    their mean is there once in K times. The mean is that of their median. Few waves say nothing of
+    each other.
+    """
+    place = int(np.searchsorted(shown.orders, order))
+    for own in shown.octaves:
+        count = (own.end - own.first) // FINER
+        if not own.first <= place < own.end or count < SHOWN:
+            continue
+        near = slice(max(place - own.first - FINER, 0), place - own.first + FINER)
+        squares = [_spectrum(own, left) ** 2 for left in listed]
+        most = [2 * np.log(count) * np.median(each) / np.log(2) for each in squares]
+        return any(each[near].max() > least for each, least in zip(squares, most, strict=True))
+    return True
+
+
+def _spectrum(own: Octave, left: Array) -> Array:
+    """Amplitudes of the waves of an octave in a residual (R,), relative to those of noise."""
+    count = len(own.filled)
+    level = np.bincount(own.bins, own.shares * left, count) / np.maximum(own.filled, 1.0)
+    return np.asarray(np.abs(rfft(level, FINER * count)[own.first : own.end]) / own.noise)
 
 
 def _peaks(clear: Array, there: NDArray[np.intp], most: int) -> NDArray[np.intp]:

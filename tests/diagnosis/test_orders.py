@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,9 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.selection.orders import TRIED, Orders, promising_orders, smoothed, waves
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.orders import (
+    TRIED,
+    Orders,
+    promising_orders,
+    smoothed,
+    stands_out,
+    waves,
+)
+from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.filter.equations import hann
-from tests.diagnosis.test_selection import bench_of
+from tests.diagnosis.test_selection import RMS, bench_of
 
 STROKE, WINDOW = 10.0, 0.02
 
@@ -40,6 +50,60 @@ def test_wave_is_tried_where_slow_rows_show_it(share: float, shown: bool) -> Non
     nearest = min(abs(order - 100.0) for order in orders)
     # half the spacing of points, which are four in what the slow part tells apart
     assert (nearest <= np.pi / (STROKE * (share or 1.0)) / 4) == shown
+
+
+def turns(seed: int) -> np.ndarray:
+    """What an inexact friction leaves: bumps of one width and any size where a motion turns, 20
+    times on the stroke."""
+    rng, angle = np.random.default_rng(seed), swept(1.0).angles[:, 0]
+    places, sizes = rng.uniform(0, STROKE, 20), rng.standard_normal(20)
+    bumps = sizes * np.exp(-(((angle[:, None] - places) / 0.01) ** 2))
+    return np.asarray(bumps.sum(axis=1))
+
+
+def test_wave_stands_out_of_what_inexact_friction_leaves() -> None:
+    """And of noise; not where it is a fiftieth as large."""
+    rows = swept(1.0)
+    shown, wave = waves(rows, 0), np.cos(100.0 * rows.angles[:, 0])
+    noise = 0.05 * np.random.default_rng(1).standard_normal(len(wave))
+    for left, clear in (
+        (noise + wave, True),
+        (turns(1) + wave, True),
+        (turns(1) + wave / 50, False),
+    ):
+        assert stands_out(shown, [left], 100.0) == clear
+    # of an order that the rows do not show they say nothing
+    assert stands_out(shown, [noise], 1e9)
+
+
+def test_waves_of_what_inexact_friction_leaves_do_not_stand_out() -> None:
+    """The largest of each residual, in an octave of some hundred waves."""
+    rows = swept(1.0)
+    shown = waves(rows, 0)
+    found = []
+    for seed in range(20):
+        left = turns(seed)
+        listed = promising_orders(shown, [left], TRIED)
+        orders = np.array(listed.orders)[list(listed.peaks)]
+        found += [stands_out(shown, [left], order) for order in orders if order > 100.0]
+    assert len(found) > 20
+    assert sum(found) <= 0.02 * len(found)
+
+
+def test_search_accepts_no_wave_that_bumps_make(tmp_path: Path) -> None:
+    """Where nobody had to look for one, as a multiple of a known order, it is none of many."""
+    rng = np.random.default_rng(5)
+    places, sizes = rng.uniform(-1.5, 1.5, 40), 0.1 * RMS * rng.standard_normal(40)
+    bench = bench_of(
+        tmp_path,
+        lambda q, v, a: (sizes * np.exp(-(((q[..., None] - places) / 0.01) ** 2))).sum(-1),
+    )
+    there = Hypotheses(bench, Rows.of(bench.model))
+    effect = there.effect("cogging_harmonic", 0)
+    orders = [effect.shapes[k]["order"] for k in effect.first if effect.shapes[k]["order"] > 500]
+    assert len(orders) > 5
+    assert not any(there.seen.clear(there.moments, effect, order) for order in orders)
+    assert there.seen.clear(there.moments, replace(effect, choices=5), orders[0])
 
 
 def test_share_that_a_window_leaves_is_its_transform() -> None:

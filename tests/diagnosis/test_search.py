@@ -18,7 +18,7 @@ from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.selection import found as finding
-from flexhex.diagnosis.selection import hypotheses, search
+from flexhex.diagnosis.selection import search, seen
 from flexhex.diagnosis.selection.changed import ChangedParameter
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
@@ -220,7 +220,7 @@ def test_rows_that_show_no_wave_ask_for_none(
     bench = bench_of(tmp_path, None)
     candidates = Hypotheses(bench, Rows.of(bench.model))
     requests = [effect.id for effect in candidates.effects(0)]
-    monkeypatch.setattr(hypotheses, "promising_orders", lambda *_: Orders((), 0, ()))
+    monkeypatch.setattr(seen, "promising_orders", lambda *_: Orders((), 0, ()))
     blind = Hypotheses(bench, candidates.rows)
     waves = {"cogging_harmonic", "torque_ripple"}
     assert [effect.id for effect in blind.effects(0)] == [a for a in requests if a not in waves]
