@@ -110,7 +110,8 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     unsure = SimpleNamespace(sure=False)
     moments = SimpleNamespace(without=lambda *_: moments, fit=lambda _: unsure)
-    hypotheses: Any = SimpleNamespace(rows=rows, moments=moments)
+    seen = SimpleNamespace(clear=lambda *_: True)
+    hypotheses: Any = SimpleNamespace(rows=rows, moments=moments, seen=seen)
     accepted, _ = search.Search(hypotheses, USUAL).next(1)
     assert accepted is not None
     assert accepted.score is better

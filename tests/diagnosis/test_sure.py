@@ -33,7 +33,8 @@ def test_hypothesis_that_only_noise_determines_is_passed_over(
 
     longer = {score: model(SimpleNamespace(sure=score is scores[1])) for score in scores}
     sure = model(SimpleNamespace(sure=True))
-    hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=sure)
+    seen = SimpleNamespace(clear=lambda *_: True)
+    hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=sure, seen=seen)
     asked = search.Search(hypotheses, USUAL)
     monkeypatch.setattr(search.Search, "_with", lambda _, score: (longer[score], ()))
     accepted = asked._chosen(scores, 1)
