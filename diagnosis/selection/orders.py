@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 SHOWN = 50
 """Places, each with a row that shows a wave, that are needed to tell it: the smoothing window
-averages a wave out where the axis is fast."""
+averages a wave out where the axis is fast. Waves, too, that are needed to say how large chance
+makes one of them: of fewer the median is hardly free of the largest."""
 FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
 shortest period."""

@@ -131,7 +131,7 @@ class Search:
             scores = [score for score in scores if score is not accepted.score]
 
     def _determined(self, score: Score) -> bool:
-        """Whether the runs, not noise, determine a model with it; a wave is none of chance."""
+        """Whether the runs, not noise, determine a model with it, and no wave is made by chance."""
         if not self.hypotheses.seen.clear(self.moments, score.hypothesis, score.order):
             return False
         if isinstance(score.hypothesis, Payload) or not _sure(self.moments, self.terms):
