@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -69,6 +70,11 @@ def compiled(
     own = [Compiled(e, e.along, None) for e in listed if isinstance(e, OwnEffect)]
     listed = [e for e in listed if not isinstance(e, OwnEffect)]
     chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
+    return [*_compiled(n, tuple(chosen)), *own]
+
+
+@cache
+def _compiled(n: int, chosen: tuple[Effect, ...]) -> list[Compiled]:
     with_states = [effect for effect in chosen if effect.states]
     functions = [*(_columns(e, n) for e in chosen), *map(_start, with_states)]
     columns = native(functions)
@@ -76,7 +82,7 @@ def compiled(
     starts = dict(zip(names, columns[len(chosen) :], strict=True))
     along = scans([_advance(effect, n) for effect in with_states]) if with_states else []
     states = dict(zip(names, along, strict=True))
-    from_library = [
+    return [
         Compiled(
             e,
             c,
@@ -88,7 +94,6 @@ def compiled(
         )
         for e, c in zip(chosen, columns, strict=False)
     ]
-    return from_library + own
 
 
 def signals(n: int, symbol: ca.SX) -> Signals:
@@ -125,6 +130,7 @@ def _is_moved(effect: Effect, n: int) -> tuple[bool, bool, bool]:
     return bool(on and slow), bool(on and not torques), bool(on and placed and not effect.states)
 
 
+@cache
 def _depends(effect: Effect, n: int) -> NDArray[np.bool_]:
     """Whether columns or states depend on each of the signals, of the axis and of all."""
     u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))

@@ -162,22 +162,22 @@ def torque_rms(blocks: Sequence[Block]) -> Array:
 
 def torque_at(block: Block, window: float, delay: float) -> Array:
     """Reported torque (m, n) [N m] without drift, read `delay` [s] later than the angles' clock."""
-    signal = block.run.tau
-    at = block.at + block.run.shift + delay
-    weights, _ = hann_weights(at, signal.t0, signal.ts, signal.valid, window)
-    torque = np.asarray(weights @ signal.values)
+    torque, _ = _read(block, window, delay)
     return torque if block.drift is None else torque - block.drift
 
 
 def torque_rate(block: Block, window: float, delay: float) -> Array:
     """What `torque_at` changes by with its delay (m, n) [N m/s]; zero at the edge of a gap."""
+    ts = block.run.tau.ts
+    (before, began), (after, ended) = (_read(block, window, delay + step) for step in (-ts, ts))
+    return np.where((began & ended)[:, None], (after - before) / (2 * ts), 0.0)
+
+
+def _read(block: Block, window: float, delay: float) -> tuple[Array, Mask]:
+    """The reported torque (m, n) [N m] under the window, and where this is filled (m,)."""
     signal, at = block.run.tau, block.at + block.run.shift + delay
-    ends = [
-        hann_weights(at + step, signal.t0, signal.ts, signal.valid, window)
-        for step in (-signal.ts, signal.ts)
-    ]
-    slope = (ends[1][0] - ends[0][0]) @ signal.values / (2 * signal.ts)
-    return np.where((ends[0][1] & ends[1][1])[:, None], slope, 0.0)
+    weights, filled = hann_weights(at, signal.t0, signal.ts, signal.valid, window)
+    return np.asarray(weights @ signal.values), filled
 
 
 def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED) -> list[Block]:

@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.fmus.filter.equations import hann_window
-
 Array = NDArray[np.float64]
 FILLED = 0.9
 """Share of the window's weight that must lie on valid samples."""
@@ -36,11 +34,10 @@ def hann_weights(
     centre, length = (at - t0) / ts, window / ts
     first = np.floor(centre - length / 2).astype(int) + 1
     index = first[:, None] + np.arange(int(np.ceil(length)))
-    weight = hann_window((index - centre[:, None]) * ts + window / 2, window)
+    weight = _hann(first - centre, index.shape[1], length)
     total = weight.sum(axis=1)
     place = np.clip(index, 0, len(valid) - 1)
-    good = (place == index) & valid[place]
-    weight = np.where(good, weight, 0.0)
+    weight *= (place == index) & valid[place]
     kept = weight.sum(axis=1)
     filled = kept > FILLED * total
     weight /= np.maximum(kept, 1e-300)[:, None]
@@ -48,6 +45,20 @@ def hann_weights(
     ends = index.shape[1] * np.arange(len(at) + 1)
     matrix = csr_array((weight.ravel(), place.ravel(), ends), shape=(len(at), len(valid)))
     return matrix, filled
+
+
+def _hann(first: Array, count: int, length: float) -> Array:
+    """The window (instants, count) of a length, at places from `first` (instants,) on, one apart,
+    from its middle; zero outside, where the last place alone may be.
+
+    (1 + cos(first + k)) / 2 with the cosine of the sum: there are far more places than cosines.
+    """
+    turn = 2.0 * np.pi / length
+    begins, steps = turn * first, turn * np.arange(count)
+    rows = np.stack([np.cos(begins), -np.sin(begins), np.ones(len(first))], axis=1)
+    weight = rows @ np.stack([np.cos(steps), np.sin(steps), np.ones(count)]) / 2.0
+    weight[first + (count - 1) >= length / 2, -1] = 0.0
+    return np.maximum(weight, 0.0, out=weight)
 
 
 def enough(window: float, ts: float) -> int:
