@@ -110,6 +110,6 @@ def of_two_kinds(
     longer, scores = moments.extended(generic_term(moments, kind)), [first]
     if all(longer.fit(left).sure for left in (None, *longer.rows.folds)):
         scores.append(generic_score(longer, unnamed))
-    both = [(score.gain, score.whole) for score in scores]
-    gain, whole = (sum(max(value, 0.0) for value in of) for of in zip(*both, strict=True))
-    return gain, whole
+    # evidence for what predicts nothing is none
+    there = [score for score in scores if score.gain > 0]
+    return sum(score.gain for score in there), sum(max(score.whole, 0.0) for score in there)

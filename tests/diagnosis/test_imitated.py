@@ -172,3 +172,6 @@ def test_second_kind_is_asked_for_where_the_runs_determine_the_first(
     first: Any = score
     gain, whole = imitated_module.of_two_kinds(model, unnamed, first)
     assert (gain, whole) == ((18.0, 16.0) if sure else (9.0, 8.0))
+    # what predicts nothing is not there, whatever evidence it seems to have
+    score.gain = -0.1
+    assert imitated_module.of_two_kinds(model, unnamed, first) == (0.0, 0.0)
