@@ -63,27 +63,30 @@ class Predicted:
         self, bench: Bench, others: Elsewhere, criteria: Criteria, freed: Mapping[int, float]
     ) -> None:
         self.bench, self.others, self.criteria, self.freed = bench, others, criteria, freed
-        self._left: dict[frozenset[Score], tuple[Array, Array]] = {}
+        self._left: dict[frozenset[Score], list[Array]] = {}
 
     def margin(self, each: Accepted, beside: Sequence[Accepted]) -> float:
-        """Share of the squares that an effect explains of held-out runs, beside others, less that
-        which it must: a part of what it explains of the others. At most zero for one that explains
-        less than is worth a name."""
-        (own, left), (there, now) = self._of(beside), self._of([*beside, each])
-        known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
-        least = self.criteria.smallest_effect * self.bench.model.torque_rms
-        margin = predicted - self.criteria.predicted * np.maximum(known, 0.0)
-        margin = np.where(left**2 - now**2 > least**2, margin, np.minimum(margin, 0.0))
+        """What an effect explains of the squares of held-out runs beside others, less a part of
+        those of the torque that it makes there, relative to the torque's. It explains all of these
+        if it is as the other runs say, and none if it is another. At most zero for one that
+        explains less than is worth a name."""
+        without, left = self._of(beside), self._of([*beside, each])
+        made, there = [a - b for a, b in zip(without, left, strict=True)], self.others.there
+        torque = self.bench.model.torque_rms
+        before, after, own = (unpredicted(there, rows) / torque for rows in (without, left, made))
+        explained = before**2 - after**2
+        margin = explained - self.criteria.predicted * own**2
+        small = explained <= self.criteria.smallest_effect**2
+        margin = np.where(small, np.minimum(margin, 0.0), margin)
         axis = each.score.hypothesis.axis
         return float(margin.max() if axis is None else margin[axis])
 
-    def _of(self, effects: Sequence[Accepted]) -> tuple[Array, Array]:
-        """What is left beside effects: RMS (n,) [N m] of the runs of the fit, and of the others."""
+    def _of(self, effects: Sequence[Accepted]) -> list[Array]:
+        """What is left beside effects (m, n) [N m] of each block of the held-out runs."""
         key = frozenset(each.score for each in effects)
         if key not in self._left:
             fit = joint(self.bench, grouped(self.bench, effects), self.freed)
-            there = unpredicted(self.bench.model, fit.residual)
-            self._left[key] = there, unpredicted(self.others.there, self.others.updated(fit))
+            self._left[key] = self.others.updated(fit)
         return self._left[key]
 
 

@@ -63,20 +63,20 @@ def accepted(name: str) -> Accepted:
     return Accepted(Score(effect, 50.0, np.zeros(2), 0.1), (), 1)
 
 
-def explaining(monkeypatch: pytest.MonkeyPatch, here: Any, there: Any) -> None:
-    """Sets of effects leave what functions of their names say, of the runs and of held-out ones."""
+def explaining(monkeypatch: pytest.MonkeyPatch, left: Any) -> None:
+    """Sets of effects leave of held-out runs what a function of their names says, row by row."""
 
-    def of(_: Predicted, effects: Sequence[Accepted]) -> tuple[Array, Array]:
-        names = frozenset(each.score.hypothesis.id for each in effects)
-        return np.array([here(names)]), np.array([there(names)])
+    def of(_: Predicted, effects: Sequence[Accepted]) -> list[Array]:
+        return [np.array(left(frozenset(each.score.hypothesis.id for each in effects)))]
 
     monkeypatch.setattr(Predicted, "_of", of)
+    monkeypatch.setattr(module, "unpredicted", lambda _, rows: np.array([np.linalg.norm(rows[0])]))
     monkeypatch.setattr(module, "options", lambda *_: iter(()))
 
 
 def kept_of(names: Sequence[str]) -> list[str]:
     bench: Any = SimpleNamespace(model=SimpleNamespace(torque_rms=np.ones(1)))
-    others: Any = SimpleNamespace()
+    others: Any = SimpleNamespace(there=None)
     kept = validated(bench, [accepted(name) for name in names], others, USUAL, (), {})
     return [each.score.hypothesis.id for each in kept]
 
@@ -86,39 +86,52 @@ def test_order_of_effects_does_not_decide(
     order: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A spring that shows beside friction alone has its name, whichever was found first."""
-    left = {0: 1.0, 1: 0.6, 2: 0.1}
+    rows = {"": (0.8, 0.6), "spring": (0.75, 0.6), "friction": (0.0, 0.6)}
 
-    def rest(names: frozenset[str]) -> float:
-        return 0.99 if names == {"spring"} else left[len(names)]
+    def rest(names: frozenset[str]) -> tuple[float, float]:
+        return (0.0, 0.1) if len(names) == 2 else rows["".join(names)]
 
-    explaining(monkeypatch, rest, rest)
+    explaining(monkeypatch, rest)
     assert kept_of(order) == order
 
 
 def test_effect_that_held_out_runs_do_not_show_has_no_name(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    explaining(
-        monkeypatch,
-        lambda names: 1.0 - 0.4 * len(names),
-        lambda names: 1.0 - 0.4 * ("friction" in names),
-    )
+    """It makes a torque that is not there."""
+
+    def rest(names: frozenset[str]) -> tuple[float, float]:
+        return 0.6 if "friction" in names else 1.0, 0.1 if "wave" in names else 0.0
+
+    explaining(monkeypatch, rest)
     assert kept_of(["friction", "wave"]) == ["friction"]
+
+
+@pytest.mark.parametrize(("times", "named"), [(0.5, True), (1.0, True), (1.3, True), (1.5, False)])
+def test_effect_explains_most_of_the_torque_that_it_makes(
+    times: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However little that is of what is left there: runs are slower, or have another rest."""
+
+    def rest(names: frozenset[str]) -> tuple[float, float]:
+        return 1.0, 0.2 * (1 - times) if names else 0.2
+
+    explaining(monkeypatch, rest)
+    assert kept_of(["friction"]) == ["friction"] * named
 
 
 def test_effects_that_make_up_for_each_other_are_worse_than_none_together(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Beside the other one each explains something: the one that explains least goes."""
-    left = {"drag": 1.5, "drift": 3.0}
-    of_both = {frozenset(left): 1.2} | {frozenset([name]): size for name, size in left.items()}
-    explaining(monkeypatch, of_both.__getitem__, of_both.__getitem__)
+    left = {"drag": (0.0, 1.5), "drift": (3.0, 1.2), "dragdrift": (0.0, 1.2)}
+    explaining(monkeypatch, lambda names: left["".join(sorted(names))])
     monkeypatch.setattr(refuting, "firm", lambda _, effects, *__: (effects, fit))
     fit: Any = SimpleNamespace(bench=SimpleNamespace(model=SimpleNamespace(torque_rms=np.ones(1))))
     worse = iter([([0], True), ([], False)])
     monkeypatch.setattr(refuting, "refuted", lambda *_: next(worse, ([], False)))
-    others: Any = SimpleNamespace()
-    now = Fitted([accepted(name) for name in left], fit, (), {})
+    others: Any = SimpleNamespace(there=None)
+    now = Fitted([accepted(name) for name in ("drag", "drift")], fit, (), {})
     kept = unrefuted(now, others, USUAL, ())
     assert [each.score.hypothesis.id for each in kept.effects] == ["drag"]
     assert [each.score.hypothesis.id for each in kept.refused] == ["drift"]
@@ -126,13 +139,13 @@ def test_effects_that_make_up_for_each_other_are_worse_than_none_together(
 
 def test_the_least_goes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two effects that held-out runs speak against: without the one the other may be right."""
-    left = {frozenset(["drag", "drift"]): 3.0, frozenset(["drag"]): 1.5, frozenset(["drift"]): 2.0}
-    explaining(monkeypatch, left.__getitem__, left.__getitem__)
+    left = {"drag": (1.5,), "drift": (2.0,), "dragdrift": (3.0,)}
+    explaining(monkeypatch, lambda names: left["".join(sorted(names))])
     monkeypatch.setattr(refuting, "firm", lambda _, effects, *__: (effects, fit))
     fit: Any = SimpleNamespace(bench=SimpleNamespace(model=SimpleNamespace(torque_rms=np.ones(1))))
     worse = iter([([0], True), ([], False)])
     monkeypatch.setattr(refuting, "refuted", lambda *_: next(worse))
-    others: Any = SimpleNamespace()
+    others: Any = SimpleNamespace(there=None)
     now = Fitted([accepted(name) for name in ("drift", "drag")], fit, (), {})
     kept = unrefuted(now, others, USUAL, ())
     assert [each.score.hypothesis.id for each in kept.effects] == ["drag"]
