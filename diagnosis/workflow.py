@@ -80,10 +80,10 @@ def _told(
     if doubt := doubtful(base, run_set.runs):
         note(doubt)
         run_set = replace(run_set, findings=(doubt, *run_set.findings), doubt=doubt)
-    if len(run_set.runs) == 1:
-        more = "; or give the held-out runs as runs of the fit" if run_set.judged else ""
+    if len(run_set.runs) == 1 and not run_set.judged:
         return run_set.cannot_tell(
-            f"one run cannot tell what its noise is: run it again, and another trajectory{more}"
+            "one run cannot tell what its noise is: run it again, and another trajectory, or give a"
+            " held-out run of another one"
         )
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)

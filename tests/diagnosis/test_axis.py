@@ -23,11 +23,12 @@ DRY = {"coulomb_friction", "stribeck_friction", "second_hysteresis"}
 
 
 @cache
-def said(friction: float, runs: tuple[tuple[int, int], ...]) -> Diagnosis:
-    """The answer for runs (motion, pass), judged on a motion that none of them has."""
+def said(friction: float, runs: tuple[tuple[int, int], ...], judged: bool = True) -> Diagnosis:
+    """The answer for runs (motion, pass); judged: on a motion that none of them has."""
     folder = Path(mkdtemp())
     paths = [write(folder / f"{s}_{k}.csv", s, k, friction) for s, k in runs]
-    return diagnose(paths, [write(folder / "held-out.csv", 3, 1, friction)], options=OPTIONS)
+    other = [write(folder / "held-out.csv", 3, 1, friction)] if judged else []
+    return diagnose(paths, other, options=OPTIONS)
 
 
 TWICE = ((1, 1), (1, 2), (2, 1), (2, 2))
@@ -44,6 +45,25 @@ def test_axis_with_bristles_has_dry_friction(friction: float) -> None:
     assert diagnosis.residual.held_out["after"][0] < 0.4 * diagnosis.residual.held_out["before"][0]
 
 
+@several
+def test_one_run_names_what_predicts_another_motion() -> None:
+    one = said(0.12, TWICE[:1])
+    assert one.verdict in ("named", "ambiguous")
+    assert {effect.id for effect in one.effects} <= DRY
+    assert one.residual.held_out["after"][0] < 0.5 * one.residual.held_out["before"][0]
+
+
+@pytest.mark.parametrize("friction", [0.12, 0.0])
+def test_one_run_alone_names_nothing(friction: float) -> None:
+    """Nor does it where nothing is missing, and another motion is there."""
+    alone = said(friction, TWICE[:1], judged=False)
+    assert "held-out run of another" in alone.notes[0]
+    for one in (alone, said(0.0, TWICE[:1])):
+        assert one.verdict == "cannot tell"
+        assert one.effects == ()
+        assert any("run it again" in note or "run each again" in note for note in one.notes)
+
+
 def test_axis_without_friction_has_nothing() -> None:
     diagnosis = said(0.0, TWICE)
     assert diagnosis.verdict == "none"
@@ -58,7 +78,7 @@ def test_parameters_of_an_axis_are_always_told(
     friction: float, runs: tuple[tuple[int, int], ...]
 ) -> None:
     """Also where nothing is missing, and where one run cannot tell."""
-    diagnosis = said(friction, runs)
+    diagnosis = said(friction, runs, judged=len(runs) > 1)
     assert (diagnosis.verdict == "cannot tell") == (len(runs) == 1)
     told = {one.name: one.estimate for one in diagnosis.parameters}
     for name, true in (("J[1]", J), ("d[1]", DAMPING)):
@@ -125,14 +145,6 @@ def test_one_trajectory_is_reported_as_one(tmp_path: Path) -> None:
     paths = [write(tmp_path / f"{k}.csv", 1, k, 0.0) for k in (1, 2, 3)]
     assert text in diagnose(paths[:2], paths[2:], options=OPTIONS).findings
     assert text not in said(0.0, TWICE[:2]).findings
-
-
-@pytest.mark.parametrize("friction", [0.12, 0.0])
-def test_axis_of_one_run_is_never_named(friction: float) -> None:
-    diagnosis = said(friction, ((1, 1),))
-    assert diagnosis.verdict == "cannot tell"
-    assert diagnosis.effects == ()
-    assert any("run it again" in note for note in diagnosis.notes)
 
 
 @several
