@@ -33,9 +33,9 @@ def refuse_negative(file: Path, tree: ElementTree.Element) -> None:
 
 
 def refuse_no_axis(file: Path, tree: ElementTree.Element) -> None:
-    """MachineError for a joint whose axis has no direction."""
+    """MachineError for a joint whose axis has no direction; one that is fixed needs none."""
     for joint in tree.iter("joint"):
-        axis = joint.find("axis")
+        axis = None if joint.get("type") == "fixed" else joint.find("axis")
         text = "" if axis is None else axis.get("xyz") or axis.findtext("xyz") or ""
         try:
             numbers = [float(word) for word in text.split()]

@@ -144,6 +144,15 @@ def test_parts_that_are_fixed_belong_to_the_body_before_them() -> None:
     assert_close(mass.nominal, 0.6 + 0.4, atol=1e-12)
 
 
+def test_joint_that_is_fixed_needs_no_axis(tmp_path: Path) -> None:
+    """Files of makers write `0 0 0` there."""
+    start, fixed, rest = ARM.partition('type="fixed">')
+    assert fixed
+    (tmp_path / "arm.urdf").write_text(f'{start}{fixed}<axis xyz="0 0 0"/>{rest}')
+    base = base_of(str(tmp_path / "arm.urdf"), None, log(6))
+    assert [k.name for k in base.linear] == [k.name for k in base_of(str(FILE), None, log(6)).linear]
+
+
 def test_joints_that_are_not_chosen_are_locked() -> None:
     base = base_of(str(FILE), None, log(2), joints=("j2", "j3"))
     (mass,) = [known for known in base.linear if known.name == "link_3.m"]
