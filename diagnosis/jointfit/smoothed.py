@@ -11,6 +11,7 @@ from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.jointfit.calmest import calmest
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.unshown import quiet
 from flexhex.diagnosis.regression.window import (
     TWICE,
     Smoother,
@@ -52,9 +53,14 @@ def _calmed(model: Calibrated, runs: Sequence[Run], usual: float) -> Calibrated:
 
 
 def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
-    """A window under which inertias that nobody knows are not smaller than they are. Between passes
-    noise makes none smaller, and what grows there is a mechanism that swings."""
-    if model.noise.repeats or not unknown_inertias(model.base):
+    """A window under which accelerations are those that the torque shows, and inertias that nobody
+    knows are not smaller than they are. Between passes noise makes none smaller, and what grows
+    there is a mechanism that swings."""
+    if model.noise.repeats:
+        return None
+    if longer := quiet(model, runs, usual):
+        return longer
+    if not unknown_inertias(model.base):
         return None
     for window in windows(model, usual, TWICE):
         base = smoothed(model.base, window)

@@ -58,7 +58,7 @@ def _hann(first: Array, count: int, length: float) -> Array:
     rows = np.stack([np.cos(begins), -np.sin(begins), np.ones(len(first))], axis=1)
     weight = rows @ np.stack([np.cos(steps), np.sin(steps), np.ones(count)]) / 2.0
     weight[first + (count - 1) >= length / 2, -1] = 0.0
-    return np.maximum(weight, 0.0, out=weight)
+    return np.asarray(np.maximum(weight, 0.0, out=weight))
 
 
 def enough(window: float, ts: float) -> int:

@@ -22,8 +22,8 @@ class Criteria:
     loose: tolerances that a changed parameter may be off, as a standard deviation.
     shortlist: hypotheses of an axis whose shapes are searched between the points of the grid.
     most: effects of an axis that are accepted at most.
-    predicted: least share, of the squares of the torque that an effect makes on held-out runs, that
-        it explains there, where these decide.
+    predicted: least share, of the squares of the torque that an effect makes on held-out runs or of
+        what is left there without it, that it explains there, where these decide.
     """
 
     smallest_effect: float = 0.003

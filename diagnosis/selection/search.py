@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.bars import bars_of, form_error
+from flexhex.diagnosis.selection.before import better_of, with_rivals_of
 from flexhex.diagnosis.selection.blur import Blur
 from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.choose import (
@@ -31,12 +32,7 @@ from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis,
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.parts import in_parts
 from flexhex.diagnosis.selection.payload import payload_score
-from flexhex.diagnosis.selection.scores import (
-    Score,
-    blended_term,
-    effect_term,
-    with_shape,
-)
+from flexhex.diagnosis.selection.scores import Score, blended_term, effect_term, with_shape
 
 Array = NDArray[np.float64]
 
@@ -219,11 +215,14 @@ class Search:
         before, terms = self.accepted.pop(place), self.terms.pop(place)
         self.moments = self.moments.without(*terms)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
-        scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
+        own, earlier = self._of(before.score.hypothesis.axis), (before.score, *before.rivals)
+        own = better_of(self.moments, self.hypotheses, own, earlier)
+        scores = best_first([*changes, *own])
         accepted = self._chosen(scores, before.round)
         if accepted is None:
             return
         again = accepted.score.effect == before.score.effect
+        accepted = with_rivals_of(before, accepted, scores, self.criteria)
         self.accept(accepted, place, *(terms if again else ()))
 
 

@@ -67,15 +67,16 @@ class Predicted:
 
     def margin(self, each: Accepted, beside: Sequence[Accepted]) -> float:
         """What an effect explains of the squares of held-out runs beside others, less a part of
-        those of the torque that it makes there, relative to the torque's. It explains all of these
-        if it is as the other runs say, and none if it is another. At most zero for one that
-        explains less than is worth a name."""
+        those of the torque that it makes there, or of all that is left there if that is less,
+        relative to the torque's. It explains all of the torque that it makes if it is as the other
+        runs say, and none if it is another. At most zero for one that explains less than is worth a
+        name."""
         without, left = self._of(beside), self._of([*beside, each])
         made, there = [a - b for a, b in zip(without, left, strict=True)], self.others.there
         torque = self.bench.model.torque_rms
         before, after, own = (unpredicted(there, rows) / torque for rows in (without, left, made))
         explained = before**2 - after**2
-        margin = explained - self.criteria.predicted * own**2
+        margin = explained - self.criteria.predicted * np.minimum(own, before) ** 2
         small = explained <= self.criteria.smallest_effect**2
         margin = np.where(small, np.minimum(margin, 0.0), margin)
         axis = each.score.hypothesis.axis

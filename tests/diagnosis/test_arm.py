@@ -210,10 +210,11 @@ def test_measured_arm_has_viscous_friction_on_the_axes_that_move() -> None:
     assert_viscous(measured((1, 4, 8, 12)), ripple=False)
 
 
-def test_measured_arm_run_once_cannot_be_judged() -> None:
-    diagnosis = measured((1,))
-    assert diagnosis.verdict == "cannot tell"
-    assert diagnosis.effects == ()
+def test_measured_arm_run_once_says_what_other_runs_confirm() -> None:
+    """Alone it says nothing."""
+    assert [(e.id, e.axes) for e in measured((1,)).effects] == [("viscous_friction", (3, 4))]
+    alone = diagnose([run(1)], options=Options(base=str(FILE)))
+    assert (alone.verdict, alone.effects) == ("cannot tell", ())
 
 
 @pytest.mark.slow
