@@ -140,7 +140,6 @@ def test_columns_of_errors_are_linear_in_masses_that_no_body_has(mass: float) ->
 
 @pytest.mark.parametrize("axis", ["", '<axis xyz="0 0 0"/>'])
 def test_parts_that_are_fixed_belong_to_the_body_before_them(axis: str, tmp_path: Path) -> None:
-    """Files of makers may give them an axis without a direction."""
     (path := tmp_path / "arm.urdf").write_text(ARM.replace('type="fixed">', f'type="fixed">{axis}'))
     (mass,) = [k for k in base_of(str(path), None, log(6)).linear if k.name == "link_6.m"]
     assert_close(mass.nominal, 0.6 + 0.4, atol=1e-12)
