@@ -27,7 +27,7 @@ log with wrong times has the same window with any of 0.1 to 1."""
 
 def quiet(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
     """The shortest window, twice as long each time, under which no axis has fast accelerations that
-    its torque does not show; None where that is the window of the fit."""
+    its torque does not show, or the longest one; None where that is the window of the fit."""
     base = model.base
     torques, first = [_torque(base, run) for run in runs], np.zeros(base.n)
     window = base.window
@@ -38,11 +38,11 @@ def quiet(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | No
             break
     if window == base.window:
         return None
-    worst = int(np.argmax(first / model.torque_rms))
+    worst = int(np.argmax(first / np.maximum(model.torque_rms, np.finfo(float).tiny)))
     kind = kinds_of(base, base.n)[worst]
     text = (
         f"fast accelerations of axis {worst + 1} would take {first[worst]:.2g} {kind.unit('N m')}"
-        f" that its {kind.effort} does not show: their times are wrong, or samples were held;"
+        f" that its {kind.effort} does not show: wrong times, held samples or noise make them;"
         f" smoothed over {1e3 * window:.0f} ms instead of {1e3 * usual:.0f}"
     )
     return Smoother(window, np.zeros(base.n), text)
