@@ -32,6 +32,7 @@ from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.negative import negative
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
+from flexhex.diagnosis.runs.runs import of_other_motions
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.decided import verdict_of
 from flexhex.diagnosis.selection.select import carrying
@@ -77,19 +78,21 @@ def _told(
     base: Base, run_set: RunSet, progress: Progress, note: Callable[[str], None]
 ) -> Diagnosis:
     """The answer for logs that hold what is needed."""
-    if doubt := doubtful(base, run_set.runs):
-        note(doubt)
-        run_set = replace(run_set, findings=(doubt, *run_set.findings), doubt=doubt)
-    if len(run_set.runs) == 1 and not run_set.judged:
+    if len(run_set.runs) == 1 and not of_other_motions(run_set.judged, run_set.runs):
         return run_set.cannot_tell(
             "one run cannot tell what its noise is: run it again, and another trajectory, or give a"
             " held-out run of another one"
+            + ("; give held-out runs of the same motion as runs" if run_set.judged else "")
         )
     progress("fitting the base model", 1, 4)
     model, coarse, smoothed = fitted(base, run_set.runs)
     give_back()
     if smoothed:
         run_set = replace(run_set, findings=(smoothed, *run_set.findings), coarse=coarse)
+    # accelerations are as the runs tell them only when they are smoothed for long enough
+    if doubt := doubtful(model.base, run_set.runs):
+        note(doubt)
+        run_set = replace(run_set, findings=(doubt, *run_set.findings), doubt=doubt)
     trouble = misfit(model)
     if trouble:
         # a payload may be most of what does not fit

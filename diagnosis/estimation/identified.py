@@ -67,9 +67,9 @@ def identify(
     if trouble := trouble or mispaired(base, run_set.runs):
         raise LogError(trouble)
     more.check(base.n)
-    doubt = doubtful(base, run_set.runs)
     progress("fitting the parameters", 1, 3)
     estimated, smoothed, said, out = _fitted(base, run_set.runs, more)
+    doubt = doubtful(estimated.model.base, run_set.runs)
     progress("on held-out runs", 2, 3)
     errors = predicted.errors(estimated, estimated.model)
     judged = estimated.along(run_set.judged) if run_set.judged else None

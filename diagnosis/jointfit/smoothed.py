@@ -56,11 +56,9 @@ def _longer(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | 
     """A window under which accelerations are those that the torque shows, and inertias that nobody
     knows are not smaller than they are. Between passes noise makes none smaller, and what grows
     there is a mechanism that swings."""
-    if model.noise.repeats:
-        return None
     if longer := quiet(model, runs, usual):
         return longer
-    if not unknown_inertias(model.base):
+    if model.noise.repeats or not unknown_inertias(model.base):
         return None
     for window in windows(model, usual, TWICE):
         base = smoothed(model.base, window)

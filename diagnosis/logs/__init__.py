@@ -2,7 +2,7 @@
 
 from flexhex.diagnosis.logs.copies import refuse_copies
 from flexhex.diagnosis.logs.cycles import with_cycles
-from flexhex.diagnosis.logs.groups import RunGroup, group_runs
+from flexhex.diagnosis.logs.groups import RunGroup, group_runs, held_out
 from flexhex.diagnosis.logs.joints import refuse_other_joints
 from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.read import read_log
@@ -14,6 +14,7 @@ __all__ = [
     "Options",
     "RunGroup",
     "group_runs",
+    "held_out",
     "read_log",
     "refuse_copies",
     "refuse_other_joints",

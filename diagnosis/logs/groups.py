@@ -52,6 +52,28 @@ def group_runs(logs: Sequence[Log]) -> list[RunGroup]:
     ]
 
 
+def held_out(groups: Sequence[RunGroup], apart: Sequence[RunGroup]) -> list[RunGroup]:
+    """Held-out groups beside the fitted ones: with the motion of a fitted one that they repeat,
+    whatever they carry, and a finding; others with a name that no fitted one has."""
+    fitted = {group.motion: group.logs[0] for group in reversed(groups)}
+    named = []
+    for group in apart:
+        own = group.logs[0]
+        motion = next((m for m, log in fitted.items() if _moved_between(log, own) is not None), "")
+        findings = group.findings
+        if motion:
+            text = (
+                f"held out, but the same motion as {fitted[motion].name}: it cannot refute what is"
+                " found there, hold out another motion"
+            )
+            where = ", ".join(log.name for log in group.logs)
+            findings = (*findings, Finding("held-out", where, text, False))
+        else:
+            motion = f"{group.motion}, held out" if group.motion in fitted else group.motion
+        named.append(replace(group, motion=motion, findings=findings))
+    return named
+
+
 def _motions(members: list[list[Log]]) -> list[int]:
     """For each group the first one with the same motion, whatever it carries; its logs are moved
     to that one's clock."""

@@ -78,10 +78,10 @@ class Finding:
     """Something noticed while reading.
 
     kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "cycles", "delay",
-    "drift", "duplicate", "extra", "gap", "held", "jitter", "jump", "memory", "metadata", "missing",
-    "names", "nan", "no-repeat", "passes", "range", "rate", "rates", "reset", "short", "sign",
-    "spike", "swapped", "units", "wrapped". where: file and channel. corrected: whether the log is
-    as good as if it had not been there.
+    "drift", "duplicate", "extra", "gap", "held", "held-out", "jitter", "jump", "memory",
+    "metadata", "missing", "names", "nan", "no-repeat", "passes", "range", "rate", "rates", "reset",
+    "short", "sign", "spike", "swapped", "units", "wrapped". where: file and channel. corrected:
+    whether the log is as good as if it had not been there.
     """
 
     kind: str

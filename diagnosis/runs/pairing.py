@@ -28,7 +28,8 @@ LEAST = 1e-6
 """Share of the mean square below which nothing is better: what rounding leaves."""
 EVIDENCE = 4.0
 """Factor by which an arrangement lowers the product of what is left of all axes, relative to the
-less of what the file and what friction, rotors and offsets alone leave of each: then it is better.
+less of what the file and what friction, rotors and offsets alone leave of each: then it is better,
+as these alone are on an axis.
 On measured and simulated logs that are right it is 2.4 at most, but for one axis of an opposite
 sign; of an arm that is mostly friction 5.5 at least where axes are exchanged."""
 BADLY, MENDED = 0.25, 0.3
@@ -36,8 +37,8 @@ BADLY, MENDED = 0.25, 0.3
 what was left before, from which a log is refused although an axis is still bad; else no arrangement
 is the reason."""
 DOUBTFUL = 0.1
-"""Share that is said, of the torque or beyond what friction, rotors and offsets alone leave. Logs
-of the right model leave 0.06 at most (UR10e, simulated arm)."""
+"""Share that is said, of the torque or beyond all of it. Logs of the right model leave 0.06 at most
+(UR10e, simulated arm)."""
 FORM = 0.25
 """Share of an axis' mean square that the nominal torque explains where its form is seen."""
 
@@ -76,7 +77,7 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
     if text := _many_times(base, seen):
         return text
     left = left_of(base, seen)
-    worse = left > (1 + DOUBTFUL) * left_of(base, seen, without=True)
+    worse = left > EVIDENCE * left_of(base, seen, without=True)
     # an offset of a machine that lacks no weight is that of friction
     worse |= left_of(base, seen, offset=False) > 1 + DOUBTFUL
     better = _best(base, seen)

@@ -73,6 +73,13 @@ def runs_of(
     return runs
 
 
+def of_other_motions(judged: Sequence[Run], fitted: Sequence[Run]) -> list[Run]:
+    """Held-out runs that can refute what is found in the fitted ones: a pass of the same motion
+    repeats whatever was taken for something else."""
+    known = {run.trajectory for run in fitted}
+    return [run for run in judged if run.trajectory not in known]
+
+
 def _long(pieces: list[Run]) -> list[Run]:
     """Pieces of a log without those that are too short beside the others."""
     longest = max(len(run.valid) for run in pieces)

@@ -14,6 +14,7 @@ from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.jointfit.guard import left_rms
 from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
+from flexhex.diagnosis.runs.runs import of_other_motions
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.firm import grouped
 from flexhex.diagnosis.selection.select import Selection, select
@@ -41,16 +42,18 @@ class Found:
     @cached_property
     def others(self) -> Elsewhere | None:
         """The base model on the held-out runs."""
-        if not self.judged:
-            return None
-        model = self.bench.model
-        listed = blocks(model.base, self.judged, model.spacing, JUDGED)
-        return elsewhere(self.bench, listed, self.drift)
+        return self._on(self.judged)
+
+    @cached_property
+    def refuting(self) -> Elsewhere | None:
+        """The same on those of them that can refute."""
+        apart = _apart(self.bench, self.judged)
+        return self.others if len(apart) == len(self.judged) else self._on(apart)
 
     @cached_property
     def side(self) -> Side:
         """What has a name, and what remains."""
-        return side_of(self.selection, self.others, self.criteria)
+        return side_of(self.selection, self.others, self.refuting, self.criteria)
 
     @cached_property
     def fit(self) -> Joint | None:
@@ -72,6 +75,13 @@ class Found:
         fit = self.fit or joint(self.bench, ())
         return np.maximum(left_rms(fit), self.criteria.smallest_rest * self.bench.model.torque_rms)
 
+    def _on(self, runs: Sequence[Run]) -> Elsewhere | None:
+        if not runs:
+            return None
+        model = self.bench.model
+        listed = blocks(model.base, runs, model.spacing, JUDGED)
+        return elsewhere(self.bench, listed, self.drift)
+
 
 def found(
     bench: Bench,
@@ -81,7 +91,12 @@ def found(
     criteria: Criteria = USUAL,
 ) -> Found:
     """What explains the runs beside a base model."""
-    if len({block.run.trajectory for block in bench.model.blocks}) == 1 and not judged:
+    one = len({block.run.trajectory for block in bench.model.blocks}) == 1
+    if one and not _apart(bench, judged):
         # nothing will be named: one effect of each axis is enough to say what would fit
         criteria = replace(criteria, most=1)
     return Found(select(bench, criteria, say), judged, criteria, drift)
+
+
+def _apart(bench: Bench, judged: Sequence[Run]) -> list[Run]:
+    return of_other_motions(judged, [block.run for block in bench.model.blocks])

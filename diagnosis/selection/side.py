@@ -63,14 +63,20 @@ class Side:
         return bool(self.named or self.remains)
 
 
-def side_of(selection: Selection, others: Elsewhere | None, criteria: Criteria) -> Side:
-    """What of a selection has a name beside held-out runs, and what remains."""
+def side_of(
+    selection: Selection,
+    others: Elsewhere | None,
+    refuting: Elsewhere | None,
+    criteria: Criteria,
+) -> Side:
+    """What of a selection has a name beside held-out runs, and what remains; refuting: those of
+    motions that were not fitted."""
     bench, notes = selection.bench, list[str]()
     model, moved, effects = bench.model, selection.moved_places, selection.effects
     why, kept = "", effects
     freed = {place: criteria.loose**-2.0 for body in moved for place in body}
-    if not selection.arbitrated or (others is not None and not model.noise.repeats):
-        kept = validated(bench, effects, others, criteria, selection.rounds, freed)
+    if not selection.arbitrated or (refuting is not None and not model.noise.repeats):
+        kept = validated(bench, effects, refuting, criteria, selection.rounds, freed)
         why = REFUTED if selection.arbitrated or kept else UNCONFIRMED
     lost = [a for a in effects if a not in kept]
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})

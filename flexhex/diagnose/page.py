@@ -31,6 +31,7 @@ from flexhex.diagnose.view import (
     residual_rows,
     residual_title,
     shown_lines,
+    vague,
 )
 from flexhex.diagnose.words import residual_name, verdict
 from flexhex.diagnosis.result.verdict import Diagnosis
@@ -107,8 +108,8 @@ def _effects(diagnosis: Diagnosis) -> list[PageSection]:
         text = "Parameters of the model that deviate from the machine file."
         parts.append(PageSection("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
     if diagnosis.parameters:
-        rows = parameter_rows(diagnosis)
-        parts.append(PageSection(PARAMETERS, "", IDENTIFIED, rows, words=True))
+        text, rows = " ".join(vague(diagnosis)), parameter_rows(diagnosis)
+        parts.append(PageSection(PARAMETERS, text, IDENTIFIED, rows, words=True))
     return parts
 
 

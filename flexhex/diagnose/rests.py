@@ -1,4 +1,4 @@
-"""What repeats beside all that is named, in sentences."""
+"""What repeats, or is left, beside all that is named, in sentences."""
 
 from __future__ import annotations
 
@@ -14,6 +14,11 @@ def unexplained(rests: Sequence[Rest]) -> str:
     """How far the library explains what remains."""
     part = all(rest.fitted_share > 0 for rest in rests)
     return "the library explains only in part" if part else "no effect of the library explains"
+
+
+def verb(rests: Sequence[Rest]) -> str:
+    """That it repeats, where passes of the same motion show that."""
+    return "repeats" if all(rest.repeats for rest in rests) else "is left"
 
 
 def sizes_of(rests: Sequence[Rest]) -> str:

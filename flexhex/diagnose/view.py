@@ -26,8 +26,8 @@ STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")
 LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 """Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
-MOST_FINDINGS = 10
-"""Findings that the terminal shows; the report has all."""
+MOST_FINDINGS, MOST_NAMES = 10, 4
+"""Findings, and names of parameters in a sentence, that are shown; the report has all findings."""
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
 IDENTIFIED = ("parameter", "estimate", "95 %", "unit")
 PARAMETERS = "Parameters of the base model, beside what was found"
@@ -53,7 +53,9 @@ def diagnosis_parts(diagnosis: Diagnosis) -> list[Part]:
         rows = changed_rows(diagnosis)
         parts.append(titled("Parameters that deviate from the machine file", CHANGED, rows))
     if diagnosis.parameters:
-        parts.append(titled(PARAMETERS, IDENTIFIED, parameter_rows(diagnosis)))
+        if rows := parameter_rows(diagnosis):
+            parts.append(titled(PARAMETERS, IDENTIFIED, rows))
+        parts += map(Sentence, vague(diagnosis))
     residual = diagnosis.residual
     if np.isfinite(residual.before).any():
         columns, rows = residual_columns(residual), residual_rows(diagnosis)
@@ -86,16 +88,26 @@ def changed_rows(diagnosis: Diagnosis) -> Rows:
 
 
 def parameter_rows(diagnosis: Diagnosis) -> Rows:
-    """The base model's parameters as identified."""
+    """The base model's parameters that the runs determine, as identified."""
     rows: Rows = []
     for one in diagnosis.parameters:
-        e = one.estimate
-        interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}" if e.determined else "any"
-        name = one.name if one.determined else f"{one.name} (not determined)"
-        rows.append(
-            (name, number(settled(e), 4) if e.determined else "", interval, printed(e.unit))
-        )
+        if one.determined:
+            e = one.estimate
+            interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
+            rows.append((one.name, number(settled(e), 4), interval, printed(e.unit)))
     return rows
+
+
+def vague(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """A sentence on those that the runs do not determine: their names if they are few."""
+    names = [one.name for one in diagnosis.parameters if not one.determined]
+    if not names:
+        return ()
+    which = f"{len(names)} of {len(diagnosis.parameters)} parameters"
+    which += f" ({', '.join(names)})" if len(names) <= MOST_NAMES else ""
+    one = len(names) == 1
+    verb, selves = ("is", "itself") if one else ("are", "themselves")
+    return (f"{which} {verb} not determined by these motions by {selves}.",)
 
 
 def judged(diagnosis: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:

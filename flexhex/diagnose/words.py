@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.changes import carriers, other_values
 from flexhex.diagnose.numbers import listed, number, percent
-from flexhex.diagnose.rests import sizes_of, unexplained
+from flexhex.diagnose.rests import sizes_of, unexplained, verb
 from flexhex.diagnose.sizes import sizes
 from flexhex.diagnose.titles import capital, phrase, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
@@ -149,10 +149,10 @@ def _beside(diagnosis: Diagnosis) -> list[str]:
     within = [rest for rest in diagnosis.remains if rest.form and rest.share > TOLD]
     said = []
     if rests:
-        said = [f"Beside that a residual repeats: {unexplained(rests)} {sizes_of(rests)}."]
+        said = [f"Beside that a residual {verb(rests)}: {unexplained(rests)} {sizes_of(rests)}."]
     if within:
-        why = "repeats beside what is named there, no more than an error of its form may leave"
-        said.append(f"{sizes_of(within)} {why}.")
+        why = "beside what is named there, no more than an error of its form may leave"
+        said.append(f"{sizes_of(within)} {verb(within)} {why}.")
     return said
 
 
@@ -161,10 +161,11 @@ def _unknown(diagnosis: Diagnosis) -> str:
     same = f" Identified: {listed(parts)}, but more than half of the residual remains."
     same = same if parts else ""
     if diagnosis.remains:
-        what, rests = unexplained(diagnosis.remains), sizes_of(diagnosis.remains)
-        if all(rest.why == UNCONFIRMED for rest in diagnosis.remains):
-            what = "one trajectory alone cannot name"
-        return f"A residual repeats that {what}: {rests}.{same}"
+        alone = [rest for rest in diagnosis.remains if rest.why == UNCONFIRMED]
+        others = [rest for rest in diagnosis.remains if rest not in alone]
+        said = [(alone, "one trajectory alone cannot name"), (others, unexplained(others))]
+        texts = [f"that {what}: {sizes_of(rests)}" for rests, what in said if rests]
+        return f"A residual {verb(diagnosis.remains)} {'; and one '.join(texts)}.{same}"
     residual = diagnosis.residual
     left = residual.repeatable_after
     # axes of different units compare as shares of their torque or force

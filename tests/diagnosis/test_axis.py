@@ -22,13 +22,18 @@ DRY = {"coulomb_friction", "stribeck_friction", "second_hysteresis"}
 """What bristles with some static friction are, seen from far and from near."""
 
 
+Runs = tuple[tuple[int, int], ...]
+
+
 @cache
-def said(friction: float, runs: tuple[tuple[int, int], ...], judged: bool = True) -> Diagnosis:
-    """The answer for runs (motion, pass); judged: on a motion that none of them has."""
+def said(friction: float, runs: Runs, judged: Runs = ((3, 1),)) -> Diagnosis:
+    """The answer for runs (motion, pass); judged: on these, as they are on another motion."""
     folder = Path(mkdtemp())
-    paths = [write(folder / f"{s}_{k}.csv", s, k, friction) for s, k in runs]
-    other = [write(folder / "held-out.csv", 3, 1, friction)] if judged else []
-    return diagnose(paths, other, options=OPTIONS)
+    ours, theirs = (
+        [write(folder / f"{s}_{k}.csv", s, k, friction) for s, k in listed]
+        for listed in (runs, judged)
+    )
+    return diagnose(ours, theirs, options=OPTIONS)
 
 
 TWICE = ((1, 1), (1, 2), (2, 1), (2, 2))
@@ -56,7 +61,7 @@ def test_one_run_names_what_predicts_another_motion() -> None:
 @pytest.mark.parametrize("friction", [0.12, 0.0])
 def test_one_run_alone_names_nothing(friction: float) -> None:
     """Nor does it where nothing is missing, and another motion is there."""
-    alone = said(friction, TWICE[:1], judged=False)
+    alone = said(friction, TWICE[:1], ())
     assert "held-out run of another" in alone.notes[0]
     for one in (alone, said(0.0, TWICE[:1])):
         assert one.verdict == "cannot tell"
@@ -74,11 +79,9 @@ def test_axis_without_friction_has_nothing() -> None:
 @pytest.mark.parametrize(
     ("friction", "runs"), [(0.12, TWICE), (0.0, TWICE), (0.0, TWICE[:1])], ids=str
 )
-def test_parameters_of_an_axis_are_always_told(
-    friction: float, runs: tuple[tuple[int, int], ...]
-) -> None:
+def test_parameters_of_an_axis_are_always_told(friction: float, runs: Runs) -> None:
     """Also where nothing is missing, and where one run cannot tell."""
-    diagnosis = said(friction, runs, judged=len(runs) > 1)
+    diagnosis = said(friction, runs, ((3, 1),) if len(runs) > 1 else ())
     assert (diagnosis.verdict == "cannot tell") == (len(runs) == 1)
     told = {one.name: one.estimate for one in diagnosis.parameters}
     for name, true in (("J[1]", J), ("d[1]", DAMPING)):
@@ -139,12 +142,19 @@ def test_what_has_no_name_is_no_delay_and_is_reported_whole(tmp_path: Path) -> N
 
 
 @several
-def test_one_trajectory_is_reported_as_one(tmp_path: Path) -> None:
-    """A held-out run of another motion can refute it."""
-    text = "one trajectory only: no other motion can refute what is found on it"
-    paths = [write(tmp_path / f"{k}.csv", 1, k, 0.0) for k in (1, 2, 3)]
-    assert text in diagnose(paths[:2], paths[2:], options=OPTIONS).findings
-    assert text not in said(0.0, TWICE[:2]).findings
+@pytest.mark.parametrize("fitted", [1, 2])
+def test_held_out_pass_of_the_fitted_motion_confirms_nothing(fitted: int) -> None:
+    """Whatever was taken for friction, it repeats; a held-out run of another motion could refute
+    it."""
+    one = "one trajectory only: no other motion can refute what is found on it"
+    again, other = (said(0.12, TWICE[:fitted], (run,)) for run in ((1, 3), (3, 1)))
+    assert one in again.findings
+    assert any("held out, but the same motion as" in f for f in again.findings)
+    assert not again.effects
+    assert any("as runs" in note for note in again.notes) == (fitted == 1)
+    assert not [text for text in other.findings if text == one or "held out, but" in text]
+    assert {effect.id for effect in other.effects} <= DRY
+    assert other.effects
 
 
 @several

@@ -21,11 +21,13 @@ from flexhex.diagnose.sizes import sizes
 from flexhex.diagnose.view import (
     closed,
     diagnosis_json,
+    parameter_rows,
     print_diagnosis,
     residual_rows,
+    vague,
 )
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.result.estimates import Estimate
+from flexhex.diagnosis.result.estimates import Estimate, Parameter
 from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Tolerated
 from tests.flexhex.diagnoses import (
     BASIC,
@@ -213,3 +215,21 @@ def test_json_holds_no_figure_that_is_none(name: str) -> None:
     data = json.loads(diagnosis_json(odd, Path("p.html")), parse_constant=pytest.fail)
     assert data["shown"] == {"a": [1.0, None], "b": 2.0}
     assert data["sentence"] == verdict(odd)
+
+
+@pytest.mark.parametrize("count", [1, 3, 40])
+def test_parameters_that_the_runs_do_not_determine_are_a_sentence(count: int) -> None:
+    """An arm has a hundred of them."""
+    names = ["friction", *(f"link_{k}.m" for k in range(count))]
+    listed = [
+        Parameter(((name, 1.0),), estimate(2.0, 0.1), 2.0, 0.1, name == "friction")
+        for name in names
+    ]
+    identified = replace(EXAMPLES["none"], parameters=tuple(listed))
+    assert [row[0] for row in parameter_rows(identified)] == ["friction"]
+    (said,) = vague(identified)
+    assert said.startswith(f"{count} of {count + 1} parameters ")
+    assert ("(link_0.m" in said) == (count < 40)
+    assert ("is not determined by these motions by itself" in said) == (count == 1)
+    assert vague(replace(identified, parameters=tuple(listed[:1]))) == ()
+    assert said in " ".join(shown(identified).split())

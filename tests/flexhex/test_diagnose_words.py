@@ -116,7 +116,12 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     assert alone.sentence().endswith(
         "mean square, but one trajectory cannot show it: record another one"
     )
+    both = verdict(replace(unknown, remains=(rests[0], alone)))
+    assert both.startswith("A residual repeats that one trajectory alone cannot name: 2.9 N")
+    assert "; and one that no effect of the library explains: 15 N m" in both
     once = replace(fitted, repeats=False)
+    left = verdict(replace(unknown, remains=(once,)))
+    assert left.startswith("A residual is left that the library explains only in part")
     assert once.sentence().startswith("2.9 N on axis 4 is left; coulomb_friction, torque_offset")
     # without repeats too little was asked of the library to say that nothing of it would do
     nothing = replace(rests[0], repeats=False).sentence()

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.logs import Channel, Log, group_runs
+from flexhex.diagnosis.logs import Channel, Log, group_runs, held_out
 from tests.diagnosis.synthetic import TS, motion
 
 
@@ -121,3 +121,13 @@ def test_pass_that_contradicts_the_others_is_named(
 def test_what_a_pass_carries_is_no_contradiction(load: float) -> None:
     group, _ = group_runs(passes((1, 0), (1, load)))
     assert "passes" not in {f.kind for f in group.findings}
+
+
+def test_held_out_runs_of_a_fitted_motion_are_told_whatever_they_carry() -> None:
+    fitted = group_runs([run(1, 0.0, "a1"), run(2, 0.0, "b1")])
+    apart = group_runs([run(2, 0.1, "b2", payload="1 kg"), run(3, 0.0, "c1")])
+    same, other = held_out(fitted, apart)
+    assert (same.motion, other.motion) == (fitted[1].motion, "trajectory 2, held out")
+    (said,) = [f for f in same.findings if f.kind == "held-out"]
+    assert (said.where, "the same motion as b1" in said.text) == ("b2", True)
+    assert not [f for f in other.findings if f.kind == "held-out"]
