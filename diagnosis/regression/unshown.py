@@ -26,19 +26,29 @@ log with wrong times has the same window with any of 0.1 to 1."""
 
 
 def quiet(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother | None:
-    """The shortest window, twice as long each time, under which no axis has fast accelerations that
-    its torque does not show, or the longest one; None where that is the window of the fit."""
-    base = model.base
-    torques, first = [_torque(base, run) for run in runs], np.zeros(base.n)
-    window = base.window
-    for longer in (base.window, *windows(model, usual, TWICE)):
-        window, made = longer, _unshown(runs, torques, longer)
-        first = made if longer == base.window else first
-        if not (made > NOISE * model.torque_rms).any():
+    """The shortest window, from the usual one on twice as long each time, under which no axis has
+    fast accelerations that its torque does not show, or the longest one; None where that of the fit
+    is as long.
+
+    Noise that is white in the accelerations falls with the root of the window, and noise of angles
+    faster: what does not is a motion of which the file is wrong.
+    """
+    base, rms = model.base, model.torque_rms
+    torques, window = [_torque(base, run) for run in runs], usual
+    made = first = _unshown(runs, torques, window)
+    noisy = made > NOISE * rms
+    for longer in windows(model, usual, TWICE, usual):
+        if not (made > NOISE * rms)[noisy].any():
             break
-    if window == base.window:
+        after = _unshown(runs, torques, longer)
+        noisy &= after <= made * (window / longer) ** 0.5
+        if not noisy.any():
+            break
+        window, made = longer, after
+    if window <= base.window:
         return None
-    worst = int(np.argmax(first / np.maximum(model.torque_rms, np.finfo(float).tiny)))
+    first = np.where(noisy, first, 0.0)
+    worst = int(np.argmax(first / np.maximum(rms, np.finfo(float).tiny)))
     kind = kinds_of(base, base.n)[worst]
     text = (
         f"fast accelerations of axis {worst + 1} would take {first[worst]:.2g} {kind.unit('N m')}"

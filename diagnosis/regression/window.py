@@ -56,9 +56,12 @@ def smoothed(base: Base, window: float) -> Base:
     return longer
 
 
-def windows(model: Calibrated, usual: float, times: float) -> Iterator[float]:
-    """Longer and longer windows [s], each so many times the one before."""
-    window, most = model.base.window, min(LONGEST * usual, _room(model))
+def windows(
+    model: Calibrated, usual: float, times: float, first: float | None = None
+) -> Iterator[float]:
+    """Longer and longer windows [s], each so many times the one before; first: default, that of
+    the fit."""
+    window, most = first or model.base.window, min(LONGEST * usual, _room(model))
     while LONGER * window <= most:
         window = min(times * window, most)
         yield window

@@ -83,3 +83,12 @@ def test_noise_of_the_torque_says_nothing_of_the_motion() -> None:
 def test_inertia_that_is_far_off_is_no_noise() -> None:
     """The torque goes with the motion all the same."""
     assert asked(angle(TIMES), 0.2 * INERTIA * acceleration(TIMES)) is None
+
+
+def test_motion_that_the_torque_has_nothing_of_is_none_of_noise() -> None:
+    """A balanced axis, or a force in other units: a longer window takes nothing of it away."""
+    rng = np.random.default_rng(3)
+    friction = 20.0 * np.sign(np.cos(2 * np.pi * 0.37 * TIMES)) + rng.normal(size=len(TIMES))
+    swung = 1e-3 * np.sin(2 * np.pi * 20.0 * TIMES)
+    assert asked(angle(TIMES) + swung, friction) is None
+    assert asked(angle(held(TIMES)) + swung, friction) is not None, "it would be asked for"

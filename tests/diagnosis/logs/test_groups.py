@@ -123,11 +123,30 @@ def test_what_a_pass_carries_is_no_contradiction(load: float) -> None:
     assert "passes" not in {f.kind for f in group.findings}
 
 
-def test_held_out_runs_of_a_fitted_motion_are_told_whatever_they_carry() -> None:
-    fitted = group_runs([run(1, 0.0, "a1"), run(2, 0.0, "b1")])
-    apart = group_runs([run(2, 0.1, "b2", payload="1 kg"), run(3, 0.0, "c1")])
-    same, other = held_out(fitted, apart)
-    assert (same.motion, other.motion) == (fitted[1].motion, "trajectory 2, held out")
+def pushed(log: Log, seed: int, size: float) -> Log:
+    """The same motion with a torque [N m] of one second, and of each run another part of this
+    size."""
+    time = np.arange(8000) * TS
+    rng = np.random.default_rng(seed)
+    torque = np.sin(2 * np.pi * (time + log.shift)) + size * rng.standard_normal(len(time))
+    tau = np.tile(torque[:, None], log.tau.shape[1])
+    channel = replace(log.channels["tau_meas"], values=tau)
+    return replace(log, channels={**log.channels, "tau_meas": channel})
+
+
+def test_held_out_pass_of_a_fitted_motion_is_told() -> None:
+    fitted = group_runs([pushed(run(seed, 0.0, f"{seed}"), seed, 0.05) for seed in (1, 2)])
+    other = [pushed(run(2, 0.0, "pass"), 3, 0.05), pushed(run(3, 0.0, "motion"), 4, 0.05)]
+    same, apart = held_out(fitted, group_runs(other))
+    assert (same.motion, apart.motion) == (fitted[1].motion, "trajectory 2, held out")
     (said,) = [f for f in same.findings if f.kind == "held-out"]
-    assert (said.where, "the same motion as b1" in said.text) == ("b2", True)
+    assert (said.where, "the same motion as 2" in said.text) == ("pass", True)
+    assert not [f for f in apart.findings if f.kind == "held-out"]
+
+
+def test_held_out_run_that_was_pushed_otherwise_is_no_pass() -> None:
+    """Stiff feedback hides in the angles that pulses of force were added."""
+    fitted = group_runs([pushed(run(1, 0.0, "first"), 1, 0.0)])
+    (other,) = held_out(fitted, group_runs([pushed(run(1, 0.0, "pulses"), 2, 0.4)]))
+    assert other.motion not in {group.motion for group in fitted}
     assert not [f for f in other.findings if f.kind == "held-out"]
