@@ -57,11 +57,10 @@ class Found:
 
     @cached_property
     def fit(self) -> Joint | None:
-        """Beside all effects that the search accepted, whether they are named or not; none without
-        any."""
+        """Beside all effects and parameters that the search accepted, whether they are named or
+        not; none without any effect."""
         effects = self.selection.effects
-        # which parameters are free beside them is decided with the names
-        freed = self.side.fit.freed if self.selection.moved_places else {}
+        freed = self.selection.freed(self.criteria)
         return joint(self.bench, grouped(self.bench, effects), freed) if effects else None
 
     @property

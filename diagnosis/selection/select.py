@@ -85,6 +85,10 @@ class Selection:
         hypotheses = (accepted.score.hypothesis for accepted in self.accepted)
         return [h.places for h in hypotheses if isinstance(h, ChangedParameter)]
 
+    def freed(self, criteria: Criteria) -> dict[int, float]:
+        """Inverse variances of all these, as loose as they may be."""
+        return {place: criteria.loose**-2.0 for body in self.moved_places for place in body}
+
 
 def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
     """Accept hypotheses until none gains enough on left-out trajectories.

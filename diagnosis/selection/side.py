@@ -74,7 +74,7 @@ def side_of(
     bench, notes = selection.bench, list[str]()
     model, moved, effects = bench.model, selection.moved_places, selection.effects
     why, kept = "", effects
-    freed = {place: criteria.loose**-2.0 for body in moved for place in body}
+    freed = selection.freed(criteria)
     if not selection.arbitrated or (refuting is not None and not model.noise.repeats):
         kept = validated(bench, effects, refuting, criteria, selection.rounds, freed)
         why = REFUTED if selection.arbitrated or kept else UNCONFIRMED
