@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +126,21 @@ MOMENTS = ("J", "J_xx", "J_yy", "J_zz", "J_r")
 LATE = 2.5
 """Samples of the log by which all torques together may stand behind the angles, or before them:
 cycles of a controller, of a bus and of a logger. One tolerance."""
+
+
+@runtime_checkable
+class Standing(Protocol):
+    """What a base model that knows how its machine stands can say of another way."""
+
+    @property
+    def gravity(self) -> Array:
+        """(3,) [m/s2] in the frame of the foot."""
+        ...
+
+    def weights(self, motion: Motion, p: Array) -> Array:
+        """Torques (samples, n, 3) at linear parameters p for gravity of 1 m/s2 along each axis of
+        the foot."""
+        ...
 
 
 class Geometry(Protocol):

@@ -10,6 +10,7 @@ the file says: it is for the library.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -51,7 +52,24 @@ class RobotBase(ColumnBase):
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, 11 n): bodies in the order of the axes, then rotors."""
-        model, data = self.robot.model, self._data
+        return self._columns(self.robot.model, theta, thetad, thetadd)
+
+    @property
+    def gravity(self) -> Array:
+        """(3,) [m/s2] in the frame of the foot."""
+        return np.array(self.robot.model.gravity.linear)
+
+    def weights(self, motion: Motion, p: Array) -> Array:
+        """Torques (samples, n, 3) of parameters p for gravity of 1 m/s2 along each axis of the
+        foot."""
+        model, rest, along = self.robot.model.copy(), np.zeros_like(motion.theta), list[Array]()
+        for way in np.eye(3):
+            model.gravity.linear = way
+            along.append(self._columns(model, motion.theta, rest, rest) @ p)
+        return np.stack(along, axis=2)
+
+    def _columns(self, model: Any, theta: Array, thetad: Array, thetadd: Array) -> Array:
+        data = self._data
         q, v, a = configurations(self.robot, theta), self._sorted(thetad), self._sorted(thetadd)
         regressors = np.empty((len(theta), model.nv, 10 * (model.njoints - 1)))
         for k in range(len(theta)):

@@ -3,6 +3,8 @@
 Universal Robots, RTDE's `record.py` and ur_rtde: actual_q [rad], actual_current [A] ...
 KUKA, FRI's `collect_data` of pyfri: mp [rad], mt [N m], ip [rad]
 Franka, fields of libfranka's RobotState: q [rad], tau_J [N m], q_d [rad]
+Symbols of textbooks, which many labs write: q, qd or dq, qdd or ddq, tau, without units. Where
+angles stand there, too, tau is what was measured.
 Kollmorgen AKD, parameters that WorkBench records: PL.FB and VL.FB in units that the drive is set
 to, IL.FB [A, RMS]
 """
@@ -51,6 +53,12 @@ DIALECTS = (
         ("q", "tau_J"),
         {"time": ("time", ""), "q": ("theta", "rad"), "dq": ("thetad", "rad/s"),
          "tau_J": ("tau_meas", "N m"), "q_d": ("r", "rad")},
+    ),
+    Dialect(
+        "textbooks",
+        ("q", "tau"),
+        {"time": ("time", ""), "q": ("theta", ""), "qd": ("thetad", ""), "dq": ("thetad", ""),
+         "qdd": ("thetadd", ""), "ddq": ("thetadd", ""), "tau": ("tau_meas", "")},
     ),
     Dialect(
         "Kollmorgen AKD",

@@ -74,9 +74,19 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
         if not table.values:
             continue
         findings += without_absurd(table)
-        scale = factor(table.where, "time", options.units.get("time", table.unit))
+        try:
+            scale, unknown = factor(table.where, "time", options.units.get("time", table.unit)), ""
+        except LogError as error:
+            scale, unknown = 1.0, str(error)
+            requests.append(unknown.removeprefix(f"{name}: "))
         time = table.time if scale == 1.0 else table.time * scale
-        clock = stamped(table.where, clock_of(table.where, time, table.joins), time, table.values)
+        try:
+            clock = stamped(
+                table.where, clock_of(table.where, time, table.joins), time, table.values
+            )
+        except LogError as error:
+            # of times in another unit whatever is said is nonsense
+            raise LogError(unknown or str(error)) from None
         findings += clock.findings
         clocks[", ".join(table.values)] = clock
         for channel in list(table.values):
@@ -199,7 +209,10 @@ def _complete(name: str, channels: dict[str, Channel], unused: list[str]) -> Non
     has = "; ".join([f"it has {', '.join(channels) or 'none that is known'}", *unused])
     for needed in NEEDED:
         if needed not in channels:
-            remedy = f"rename a column in the file or with --rename 'COLUMN={needed}[1]'"
+            remedy = (
+                f"rename a column in the file or with --rename 'COLUMN={needed}[1]', or all that"
+                f" are numbered with --rename NAME={needed}"
+            )
             if needed == "tau_meas" and "tau" in channels:
                 remedy = "--rename 'tau=tau_meas' takes the commanded torques in their place"
             raise LogError(f"{name}: no channels {needed}[1], {needed}[2] ... ({has}): {remedy}")

@@ -18,19 +18,22 @@ THOUSANDS = ((1e-3, "a thousandth"), (1e3, "a thousand times"))
 
 @dataclass(frozen=True)
 class Seen:
-    """Smoothed motion and torque (samples, n) of a run at some instants; payload [kg]."""
+    """Smoothed motion and torque (samples, n) of a run at some instants; payload [kg]; gravity (3,)
+    [m/s2], where it is another than that of the base model."""
 
     theta: Array
     thetad: Array
     thetadd: Array
     tau: Array
     payload: float
+    gravity: Array | None = None
 
 
 @dataclass(frozen=True)
 class Arrangement:
     """What the log might mean: column of each axis' angle, and of its torque; factors of both;
-    what is added to the angles [rad]; sized: whether it is a size of torques alone."""
+    what is added to the angles [rad]; sized: whether it is a size of torques alone; gravity (3,)
+    [m/s2], if it is that which is another."""
 
     text: str
     order: tuple[int, ...]
@@ -39,12 +42,15 @@ class Arrangement:
     efforts: tuple[int, ...] = ()
     zero: Array | float = 0.0
     sized: bool = False
+    gravity: Array | None = None
 
     def of(self, seen: Seen) -> Seen:
         """The run as it would be then."""
         order, efforts = list(self.order), list(self.efforts or self.order)
         q, v, a = (x[:, order] * self.angle for x in (seen.theta, seen.thetad, seen.thetadd))
-        return Seen(q + self.zero, v, a, seen.tau[:, efforts] * self.torque, seen.payload)
+        tau, gravity = seen.tau[:, efforts] * self.torque, self.gravity
+        gravity = seen.gravity if gravity is None else gravity
+        return Seen(q + self.zero, v, a, tau, seen.payload, gravity)
 
 
 def zeros(base: Base) -> Iterator[Arrangement]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.basemodels.base import Base, Motion, Standing
 from flexhex.diagnosis.runs.arrangements import Seen
 
 Array = NDArray[np.float64]
@@ -93,8 +93,22 @@ def _nominal(base: Base) -> Array:
 
 def nominal_torque(base: Base, seen: Sequence[Seen]) -> Array:
     """Torques (samples, n) of the parameters as they are written, with announced payloads."""
-    nominal, torques = _nominal(base), list[Array]()
+    torques = list[Array]()
     for s in seen:
-        motion = Motion(0.0, 1.0, s.theta, s.thetad, s.thetadd)
-        torques.append(base.torque(motion, base.loaded(nominal, s.payload)))
+        torque = base.torque(_motion(s), base.loaded(_nominal(base), s.payload))
+        if s.gravity is not None and isinstance(base, Standing):
+            torque = torque + weights_of(base, s) @ (s.gravity - base.gravity)
+        torques.append(torque)
     return np.concatenate(torques)
+
+
+def weights_of(base: Base, seen: Seen) -> Array:
+    """Torques (samples, n, 3) of the same for gravity of 1 m/s2 along each axis of the foot; zeros
+    of a base model that does not know its own."""
+    if not isinstance(base, Standing):
+        return np.zeros((*seen.tau.shape, 3))
+    return base.weights(_motion(seen), base.loaded(_nominal(base), seen.payload))
+
+
+def _motion(seen: Seen) -> Motion:
+    return Motion(0.0, 1.0, seen.theta, seen.thetad, seen.thetadd)

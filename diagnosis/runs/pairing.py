@@ -18,6 +18,7 @@ from flexhex.diagnosis.kinds import axes_named, kinds_of
 from flexhex.diagnosis.runs.arrangements import THOUSANDS, Arrangement, Seen, arrangements, zeros
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.mirrored import mirrored
+from flexhex.diagnosis.runs.mounted import mounted
 from flexhex.diagnosis.runs.nominal import NEARLY, left_of, not_below_zero, scaled
 from flexhex.diagnosis.runs.smoothing import hann_weights
 
@@ -137,7 +138,7 @@ def _all_seen(base: Base, runs: Sequence[Run]) -> list[Seen]:
 def _best(base: Base, seen: Sequence[Seen]) -> Arrangement | None:
     """The arrangement that leaves least, if that is much less than now; one that only makes torques
     larger or smaller, which leaves less of whatever is wrong, where there is no other."""
-    listed = [*arrangements(base), *zeros(base)]
+    listed = [*arrangements(base), *zeros(base), *mounted(base, seen)]
     return _better(base, seen, listed) or _better(base, seen, list(_factors(base, seen)))
 
 

@@ -79,6 +79,25 @@ def test_franka_is_asked_for_the_unit_of_its_time(tmp_path: Path) -> None:
     assert_close(log.ts, 0.002, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("rate", "acceleration"), [("qd", "qdd"), ("dq", "ddq")])
+def test_symbols_of_textbooks_want_their_units_at_once(
+    rate: str, acceleration: str, tmp_path: Path
+) -> None:
+    columns = {"time": T}
+    for name, values in (("q", Q), (rate, Q * 2), (acceleration, Q * 3), ("tau", TAU)):
+        columns |= axes(name, values, 0, "{}{}")
+    path = written(tmp_path / "lab.csv", columns)
+    wanted = ".*".join(f"--unit {name}=" for name in ("time", "theta", "tau_meas"))
+    with pytest.raises(LogError, match=wanted):
+        read_log(path)
+    units = {"time": "s", "theta": "deg", "thetad": "deg/s", "thetadd": "deg/s2", "tau_meas": "N m"}
+    log = read_log(path, Options(units=units))
+    assert_close(log.theta, np.deg2rad(Q), atol=1e-9)
+    assert_close(log["thetad"].values, np.deg2rad(Q * 2), atol=1e-9)
+    assert_close(log["thetadd"].values, np.deg2rad(Q * 3), atol=1e-9)
+    assert_close(log.tau, TAU, atol=1e-9)
+
+
 def test_names_of_the_user_and_of_ours_come_first(tmp_path: Path) -> None:
     columns = {"time": T, **axes("theta", Q), **axes("tau_meas", TAU), **axes("q", Q + 1.0)}
     path = written(tmp_path / "ours.csv", columns | axes("tau_J", TAU))
