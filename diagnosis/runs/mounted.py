@@ -53,6 +53,9 @@ def mounted(base: Base, seen: Sequence[Seen]) -> list[Arrangement]:
 
 def _with(base: Base, gravity: Array, asked: str) -> Arrangement:
     values = ", ".join(f"{value:.2g}" for value in gravity)
-    text = f"gravity = [{values}] m/s2 in the frame of the foot ({asked})"
+    text = (
+        f"gravity = [{values}] m/s2 in the frame of the foot ({asked} What `flexhex init"
+        " robot.toml` writes has a place for it)"
+    )
     ones = np.ones(base.n)
     return Arrangement(text, tuple(range(base.n)), ones, ones, gravity=gravity)
