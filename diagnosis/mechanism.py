@@ -21,12 +21,13 @@ from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.side import Side
 from flexhex.numeric.memory import give_back
 
+Say = Callable[[str], None]
 SEARCHES = 3
 """Searches of the mechanism at most."""
 
 
 def mechanism(
-    model: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
+    model: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Say
 ) -> tuple[Before, Side]:
     """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
 
@@ -36,25 +37,7 @@ def mechanism(
     """
     now = found(Bench(model, known), judged, say)
     before = before_of(now.bench.model, now.others)
-    for _ in range(SEARCHES - 1):
-        left = now.left
-        # the columns and rows of one search at a time: they take most of the memory
-        now.bench.forget()
-        give_back()
-        settled = _settled(model, now)
-        if settled is None:
-            break
-        # before the next one, as it holds all that was scored
-        del now
-        give_back()
-        now = found(Bench(settled, known), judged, say)
-        if np.nanprod((now.left / left) ** 2) > 1 / EXPLAINED:
-            settled.forget()
-            del now
-            give_back()
-            now = found(Bench(model, known), judged, say)
-            break
-        model = settled
+    now = _settling(model, now, known, say)
     side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
     # a single axis whose drive lags looks like a log whose torques are late
     lagging = with_lag(side.fit, least[0])
@@ -82,7 +65,7 @@ def mechanism(
 
 
 def steadily(
-    first: Side, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
+    first: Side, known: Sequence[Compiled], judged: Sequence[Run], say: Say
 ) -> tuple[Side, list[Side]]:
     """What the mechanism lacks without what changes from run to run, and that.
 
@@ -104,6 +87,25 @@ def steadily(
     # what was taken off is told, and nothing else hid behind it
     good = drifts and not (first.remains and now.remains)
     return (now, drifts) if good else (first, [])
+
+
+def _settling(model: Calibrated, now: Found, known: Sequence[Compiled], say: Say) -> Found:
+    """The last of the searches beside the base model as what they find moves it."""
+    for _ in range(SEARCHES - 1):
+        # asked before the columns are gone: those of one search at a time take most of the memory
+        left = now.left
+        now.bench.forget()
+        give_back()
+        settled = _settled(model, now)
+        if settled is None:
+            break
+        earlier, now = now, found(Bench(settled, known), now.judged, say)
+        if np.nanprod((now.left / left) ** 2) > 1 / EXPLAINED:
+            settled.forget()
+            now.bench.forget()
+            return earlier
+        model = settled
+    return now
 
 
 def _settled(model: Calibrated, now: Found) -> Calibrated | None:

@@ -31,10 +31,11 @@ def searched(
     rotors: list[float] | None = None,
     geared: tuple[int, ...] = (),
     left: tuple[float, ...] = (),
+    kept: int = -1,
 ) -> list[float]:
     """Widths beside which was searched; named: an effect was found; rotors: of the only axis, as
     the fits have them; geared: axes with an effect behind their rotor; left: by each search, where
-    that is not one."""
+    that is not one; kept: the search whose answer stands."""
 
     def fitted(width: float, rotor: float) -> Any:
         p = np.array([1.0, rotor])
@@ -53,7 +54,8 @@ def searched(
         there = SimpleNamespace(fit=fit, remains=())
         rest = np.array([dict(enumerate(left)).get(len(requests) - 1, 1.0)])
         found = fit if named else None
-        return SimpleNamespace(bench=bench, others=None, side=there, fit=found, left=rest)
+        said = {"others": None, "judged": (), "side": there, "fit": found, "left": rest}
+        return SimpleNamespace(bench=bench, **said)
 
     bench = lambda model, known: SimpleNamespace(  # noqa: E731
         model=model, effects={}, forget=lambda: None
@@ -66,7 +68,7 @@ def searched(
     start: Any = models[0]
     before, last = mechanism.mechanism(start, [], [], lambda text: None)
     assert before is requests[0]  # type: ignore[comparison-overlap]
-    assert last.fit.bench.model is requests[-1]
+    assert last.fit.bench.model is requests[kept]
     return [float(m.fitted.widths[0]) for m in requests]
 
 
@@ -80,7 +82,7 @@ def test_width_that_stays_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_search_that_leaves_more_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """In twice the square; what leaves a little more may be the better model."""
-    assert searched(monkeypatch, WIDTHS, left=(1.0, 1.5)) == [8e-3, 12e-3, 8e-3]
+    assert searched(monkeypatch, WIDTHS, left=(1.0, 1.5), kept=0) == WIDTHS[:2]
     assert searched(monkeypatch, WIDTHS, left=(1.0, 1.3)) == WIDTHS[: mechanism.SEARCHES]
 
 
