@@ -13,6 +13,7 @@ from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.jointfit.rotors import rotor_changes
 from flexhex.diagnosis.regression.gram import inverted
 from flexhex.diagnosis.regression.regression import Columns, Regression
+from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 UNDETERMINED = 0.5
@@ -130,14 +131,20 @@ def _reach(bench: Bench, part: Part, name: str) -> float:
 def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: Array) -> Array:
     """Change of an effect's torque with a shape, one-sided at the shape's bounds."""
     shape = bench.scales.ranges(part.id, part.axis or 0)[name]
+    low, high = beside(shape, part.shape[name])
+    sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: v}) for v in (low, high)]
+    change = Columns(sides[0].axis, (sides[1].values - sides[0].values) @ beta[:, None])
+    return regression.spread(change) / (high - low)
+
+
+def beside(shape: Shape, value: float) -> tuple[float, float]:
+    """A value of a shape a little below and above one, within its bounds."""
     # bounds are those of the runs that are fitted, not of those in which it was found
-    value = float(np.clip(part.shape[name], shape.low, shape.high))
+    value = float(np.clip(value, shape.low, shape.high))
     span = max(shape.grid, default=0.0) - min(shape.grid, default=0.0)
-    step = 1e-3 * (abs(value) + 1e-3 * span)
-    ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
-    sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: end}) for end in ends]
-    change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
-    return regression.spread(change) / (ends[0] - ends[1])
+    step = 1e-5 * (abs(value) + 1e-3 * span)
+    low, high = np.clip((value - step, value + step), shape.low, shape.high).tolist()
+    return low, high
 
 
 def shape_names(bench: Bench, parts: Sequence[Part]) -> list[tuple[int, str]]:

@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.bars import bars_of, form_error
-from flexhex.diagnosis.selection.before import better_of, with_rivals_of
 from flexhex.diagnosis.selection.blur import Blur
 from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.choose import (
     Accepted,
-    as_good,
     best_first,
     chosen,
     effect_scores,
@@ -24,11 +22,10 @@ from flexhex.diagnosis.selection.choose import (
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.feedback import answers, noisy
 from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors, inexact, limited
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis, Payload
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Payload
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.parts import in_parts
 from flexhex.diagnosis.selection.payload import payload_score
@@ -72,13 +69,13 @@ class Search:
                 known = self.known()
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
-            accepted = self._chosen(listed, number)
+            accepted = self.chosen_of(listed, number)
             wanted = self.stale & (self._against(accepted) | _wider(accepted, listed))
             if not wanted:
                 answered = self._answer(accepted)
                 return self.next(number) if answered else (self._whole(accepted, listed), listed)
             for axis in wanted:
-                self.scores[axis] = self._of(axis)
+                self.scores[axis] = self.scores_of(axis)
             self.stale = self.stale - wanted
 
     def _whole(self, accepted: Accepted | None, listed: Sequence[Score]) -> Accepted | None:
@@ -102,10 +99,13 @@ class Search:
             return {*range(self.hypotheses.rows.n), None}
         return {accepted.score.hypothesis.axis}
 
-    def _of(self, axis: Axis) -> list[Score]:
+    def scores_of(self, axis: Axis) -> list[Score]:
+        """Of the effects of an axis beside the model."""
         return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
 
-    def _chosen(self, scores: Sequence[Score], number: int) -> Accepted | None:
+    def chosen_of(self, scores: Sequence[Score], number: int) -> Accepted | None:
+        """What is accepted of scores in a round."""
+
         @cache
         def plain() -> Moments:
             return self.moments.without(*(error for _, error in filter(None, self.terms)))
@@ -186,44 +186,6 @@ class Search:
         """Of a term (k,) beside the model."""
         longer = self.moments.extended(term)
         return np.asarray(longer.fit(None).q[longer.place(term)])
-
-    def revise(self, latest: Hypothesis) -> None:
-        """Choose earlier effects of the axes that feel the latest one anew beside it, where it took
-        from what they gain: the first may have stood in for two, and then be another one or none.
-        """
-        felt = {latest.axis}
-        if isinstance(latest, EffectHypothesis) and latest.axis is not None:
-            felt |= {*latest.felt}
-        for _ in range(len(self.accepted)):
-            names = [score.hypothesis.id for score in self.known()]
-            for k in reversed(range(len(self.accepted) - 1)):
-                if self.accepted[k].score.hypothesis.axis in felt and not self._stands(k):
-                    self.choose_anew(k)
-            if names == [score.hypothesis.id for score in self.known()]:
-                break
-
-    def _stands(self, place: int) -> bool:
-        """Whether an effect still gains what it gained when it was accepted; a parameter does."""
-        score, terms = self.accepted[place].score, self.terms[place]
-        if not terms:
-            return True
-        gain = together(self.moments, terms)
-        return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
-
-    def choose_anew(self, place: int) -> None:
-        """Choose what takes an effect's place beside all others: it, another one or nothing."""
-        before, terms = self.accepted.pop(place), self.terms.pop(place)
-        self.moments = self.moments.without(*terms)
-        changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
-        own, earlier = self._of(before.score.hypothesis.axis), (before.score, *before.rivals)
-        own = better_of(self.moments, self.hypotheses, own, earlier)
-        scores = best_first([*changes, *own])
-        accepted = self._chosen(scores, before.round)
-        if accepted is None:
-            return
-        again = accepted.score.effect == before.score.effect
-        accepted = with_rivals_of(before, accepted, scores, self.criteria)
-        self.accept(accepted, place, *(terms if again else ()))
 
 
 def _sure(moments: Moments, terms: Sequence[tuple[Term, ...]]) -> bool:

@@ -14,6 +14,7 @@ from functools import cached_property
 from gc import collect
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.selection.anew import review, revise
 from flexhex.diagnosis.selection.bars import bars_of, passes
 from flexhex.diagnosis.selection.changed import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.choose import Accepted, one_cause
@@ -121,7 +122,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         if isinstance(accepted.score.hypothesis, HeavierBody):
             return heavier(bench, accepted.score.hypothesis, search.moments)
         search.accept(accepted)
-        search.revise(accepted.score.hypothesis)
+        revise(search, accepted.score.hypothesis)
     review(search)
     arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments = search.moments
@@ -142,16 +143,6 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         search,
         moved_gain(moments) + sum(moved),
     )
-
-
-def review(search: Search) -> None:
-    """Choose all effects anew, each beside all others, where a form and its fuller one predict
-    nearly alike: their shapes are of a model without what was found later, and the fuller one may
-    have made up for that."""
-    if any(set(each.fuller) & set(each.rivals) for each in search.accepted):
-        for place in reversed(range(len(search.terms))):
-            if search.terms[place]:
-                search.choose_anew(place)
 
 
 def _rest(search: Search) -> tuple[Rest, ...]:
