@@ -34,10 +34,11 @@ def refined(
 ) -> tuple[EffectHypothesis, dict[Left, Tried], float]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
     each peak of the grid, by half the distance to its neighbours, and half of that where no such
-    step leads higher, until that changes next to nothing: beside chance, and beside a relative
-    error of the form as large as thought. No farther than to these neighbours. A step that
-    gains no more than chance is not taken: a shape stays where its form is simplest. And how many
-    such shapes there are between two of the grid, as a logarithm."""
+    step leads higher. That ends where it changes next to nothing, beside chance and beside a
+    relative error of the form as large as thought, or where the evidence is a parabola, whose top
+    is known. No farther than to these neighbours. A step that gains no more than chance is not
+    taken: a shape stays where its form is simplest. And how many such shapes there are between two
+    of the grid, as a logarithm."""
     evidence = fits[None].evidence
     starts = [(effect.shapes[k], float(evidence[k])) for k in peaks(effect.shapes, evidence)]
     ends = [_uphill(moments, hypotheses, effect, start, error) for start in starts]
@@ -92,6 +93,12 @@ def _uphill(
     """A shape and its evidence, from those of a start on, and `widths`, see `_many`."""
     (now, evidence), searched = start, hypotheses.searched(effect)
     widths = dict[str, tuple[float, float]]()
+
+    def at(name: str, *values: float) -> Array:
+        # in one go, which reads the base model's columns once
+        shapes = [{**now, name: value} for value in values]
+        return tried(moments, hypotheses.shaped(effect, *shapes), [None])[None].evidence
+
     for level in range(1, HALVINGS + 1):
         steep, moved = False, True
         while moved:
@@ -102,21 +109,34 @@ def _uphill(
                 values = np.array([now[name] - below / 2**level, now[name] + above / 2**level])
                 ends = start[0][name] - below, start[0][name] + above
                 values = np.clip(np.clip(values, *ends), shape.low, shape.high)
-                beside = [{**now, name: v} for v in values.tolist()]
-                # both in one go, which reads the base model's columns once
-                listed = tried(moments, hypotheses.shaped(effect, *beside), [None])[None].evidence
-                steep |= bool((np.abs(listed - evidence) > flat).any())
+                listed = at(name, *values.tolist())
                 fall = evidence - float(listed.mean())
                 if flat < fall < np.inf:
                     # a bell falls by x^2 / 2 in x standard deviations
                     step = sqrt((below**2 + above**2) / 2) / 2**level
                     widths[name] = step / sqrt(2 * fall), min(below, above)
                 higher = int(np.argmax(listed))
-                if listed[higher] > evidence + FLAT:
-                    now, evidence, moved = beside[higher], float(listed[higher]), True
+                there, most = float(values[higher]), float(listed[higher])
+                bent = bool((np.abs(listed - evidence) > flat).any())
+                around = bool(values[0] < now[name] < values[1] and np.isfinite(fall))
+                if bent and around and most <= evidence:
+                    there, guess = _top(now[name], evidence, values, listed)
+                    most = float(at(name, there)[0]) if guess > evidence + flat else evidence
+                    bent = abs(most - guess) > flat
+                steep |= bent
+                if most > evidence + FLAT:
+                    now, evidence, moved = {**now, name: there}, most, True
         if not steep:
             break
     return hypotheses.shaped(effect, now), evidence, widths
+
+
+def _top(now: float, evidence: float, values: Array, listed: Array) -> tuple[float, float]:
+    """Where a parabola through a value, which is the highest, and one on each side has its top, and
+    the evidence there."""
+    (a, b), (low, high) = values - now, listed - evidence
+    slope, curve = (low * b / a - high * a / b) / (b - a), (high / b - low / a) / (b - a)
+    return now - slope / (2 * curve), evidence - slope**2 / (4 * curve)
 
 
 def ended(
