@@ -17,7 +17,8 @@ from flexhex.fmus.common.effects import Effect, library
 
 
 def named_of(fit: Joint, errors: Sequence[float], but: Container[int] = ()) -> list[Named]:
-    """Effects of a fit, each with all its axes, the largest share of its axes' torque first.
+    """Effects of a fit, each with all its axes, the largest share of its axes' torque first; of
+    several on one axis the lowest harmonic first.
 
     Not those that are as small as every machine may have them, nor those `but` at some places of
     the parts. errors: of the form of each part, one standard deviation of its mean, relative: it
@@ -32,7 +33,8 @@ def named_of(fit: Joint, errors: Sequence[float], but: Container[int] = ()) -> l
         if k not in usual and k not in but:
             grouped.setdefault(part.id, []).append(k)
     named = []
-    for name, places in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):
+    for name, own in sorted(grouped.items(), key=lambda item: -_share_of_torque(fit, item[1])):
+        places = sorted(own, key=lambda k: (_axis(fit.parts[k]), *fit.parts[k].shape.values()))
         parts = [(_axis(fit.parts[k]), _estimates(fit, k, errors[k])) for k in places]
         axes = tuple(sorted({axis for axis, _ in parts if axis}))
         rivals = [(_axis(fit.parts[k]), _rivals(fit, k, grouped)) for k in places]

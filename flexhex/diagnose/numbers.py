@@ -53,6 +53,22 @@ def measured(e: Estimate) -> str:
     return f"{e.value:.{digits}f} ± {half:.{digits}f}{unit}"
 
 
+def side_by_side(e: Estimate) -> tuple[str, str]:
+    """`0.00308` and `0.00307 to 0.00309`, `2e-6` and `(-11 to 14)e-6`: with as many digits as tell
+    the ends apart to two of their own, and with the same power of ten."""
+    ends = e.ci95
+    width = ends[1] - ends[0]
+    if not 0 < width < math.inf:
+        return number(e.value, 4), f"{number(ends[0])} to {number(ends[1])}"
+    value = settled(e)
+    ten = math.floor(math.log10(max(map(abs, (value, *ends)))))
+    ten = 0 if -3 <= ten < 5 else ten
+    digits = max(1 - math.floor(math.log10(width)) + ten, 0)
+    own, low, high = (f"{round(v / 10**ten, digits) + 0.0:.{digits}f}" for v in (value, *ends))
+    power = f"e{ten}" if ten else ""
+    return own + power, f"({low} to {high}){power}" if ten else f"{low} to {high}"
+
+
 def rounded(e: Estimate, value: float) -> str:
     """An estimate, or what is proportional or inverse to it, with as many digits as its interval
     knows, four at most."""

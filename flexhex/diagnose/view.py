@@ -15,7 +15,7 @@ from rich.console import Console
 from flexhex.diagnose.changes import allowed, felt
 from flexhex.diagnose.effects import EFFECTS, Rows, effect_rows, rivalry, undetermined
 from flexhex.diagnose.next import Invocation, next_steps
-from flexhex.diagnose.numbers import number, percent, settled
+from flexhex.diagnose.numbers import number, percent, side_by_side
 from flexhex.diagnose.titles import effort, readable
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import WORSE, Diagnosis, Residual, rms
@@ -80,10 +80,7 @@ def changed_rows(diagnosis: Diagnosis) -> Rows:
     rows: Rows = []
     for c in felt(diagnosis):
         e = c.estimate
-        interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
-        rows.append(
-            (c.parameter, number(c.nominal, 4), number(e.value, 4), interval, printed(e.unit))
-        )
+        rows.append((c.parameter, number(c.nominal, 4), *side_by_side(e), printed(e.unit)))
     return rows
 
 
@@ -93,8 +90,7 @@ def parameter_rows(diagnosis: Diagnosis) -> Rows:
     for one in diagnosis.parameters:
         if one.determined:
             e = one.estimate
-            interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
-            rows.append((one.name, number(settled(e), 4), interval, printed(e.unit)))
+            rows.append((one.name, *side_by_side(e), printed(e.unit)))
     return rows
 
 

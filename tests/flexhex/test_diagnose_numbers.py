@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from flexhex.diagnose.numbers import listed, measured, number, percent, settled
+from flexhex.diagnose.numbers import listed, measured, number, percent, settled, side_by_side
 from flexhex.diagnosis.result.estimates import Estimate
 from tests.flexhex.diagnoses import estimate
 
@@ -49,6 +49,23 @@ def test_lopsided_interval_is_given_by_its_ends() -> None:
 )
 def test_number_has_significant_digits(value: float, text: str) -> None:
     assert number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "ends", "texts"),
+    [
+        (0.0030761, (0.00307, 0.003083), ("0.003076", "0.003070 to 0.003083")),
+        (1.55e-6, (-1.08e-5, 1.39e-5), ("0.2e-5", "(-1.1 to 1.4)e-5")),
+        (95.14, (93.0, 97.5), ("95.1", "93.0 to 97.5")),
+        (-1.2e-16, (-2.0, 2.0), ("0.0", "-2.0 to 2.0")),
+        (0.5, (-math.inf, math.inf), ("0.5000", "– to –")),
+    ],
+)
+def test_interval_and_estimate_have_the_same_digits(
+    value: float, ends: tuple[float, float], texts: tuple[str, str]
+) -> None:
+    """Two of the width."""
+    assert side_by_side(Estimate(value, ends, "m")) == texts
 
 
 @pytest.mark.parametrize(
