@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,11 +139,12 @@ def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: 
 
 
 def beside(shape: Shape, value: float) -> tuple[float, float]:
-    """A value of a shape a little below and above one, within its bounds."""
+    """A value of a shape a little below and above one, within its bounds: by far less than makes
+    another torque, by far more than single precision tells apart."""
     # bounds are those of the runs that are fitted, not of those in which it was found
     value = float(np.clip(value, shape.low, shape.high))
-    span = max(shape.grid, default=0.0) - min(shape.grid, default=0.0)
-    step = 1e-5 * (abs(value) + 1e-3 * span)
+    apart = min((b - a for a, b in pairwise(sorted(shape.grid))), default=0.0)
+    step = max(1e-5 * abs(value), 1e-4 * apart)
     low, high = np.clip((value - step, value + step), shape.low, shape.high).tolist()
     return low, high
 

@@ -6,15 +6,18 @@ too, or it may stand in for two.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from flexhex.diagnosis.selection.bars import form_error
 from flexhex.diagnosis.selection.before import better_of, with_rivals_of
 from flexhex.diagnosis.selection.changed import Axis
 from flexhex.diagnosis.selection.choose import as_good, best_first, parameter_scores
-from flexhex.diagnosis.selection.evidence import evidence_of, together
+from flexhex.diagnosis.selection.evidence import together, tried
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis, Hypothesis
+from flexhex.diagnosis.selection.lookalike import beside_lookalike
 from flexhex.diagnosis.selection.reshape import reshaped
+from flexhex.diagnosis.selection.scores import with_shape
 from flexhex.diagnosis.selection.search import Search
 
 
@@ -34,22 +37,29 @@ def revise(search: Search, latest: Hypothesis) -> None:
             break
 
 
-def reshape(search: Search, felt: set[Axis]) -> None:
-    """Move the shapes of effects of these axes together, if the model explains more then."""
+def reshape(search: Search, felt: Collection[Axis]) -> None:
+    """Move the shapes of effects of these axes, but for the latest one, to where they are beside
+    the others, each if it then has more evidence."""
     known = {
         k: (search.accepted[k].score, terms[0])
-        for k, terms in enumerate(search.terms)
+        for k, terms in enumerate(search.terms[:-1])
         if terms and search.accepted[k].score.hypothesis.axis in felt
     }
-    moved = reshaped(search.moments, search.hypotheses, known, search.criteria)
-    before = search.moments, [*search.accepted], [*search.terms]
-    evidence = _evidence(search)
-    for k, score in moved.items():
-        one = search.accepted.pop(k)
-        search.moments = search.moments.without(*search.terms.pop(k))
-        search.accept(replace(one, score=score), k)
-    if _evidence(search) < evidence:
-        search.moments, search.accepted, search.terms = before
+    for k, effect in reshaped(search.moments, search.hypotheses, known, search.criteria).items():
+        one, terms = search.accepted.pop(k), search.terms.pop(k)
+        search.moments = search.moments.without(*terms)
+        own = [score.hypothesis.id for score, _ in search.own(effect.axis)]
+        # chosen in the model in which its shape was chosen at first
+        beside = beside_lookalike(search.moments, search.hypotheses, effect, own)
+        both = search.hypotheses.shaped(effect, one.score.effect[2], *effect.shapes)
+        now, then = tried(beside, both, [None])[None].evidence
+        if then > now:
+            moved = replace(one.score, hypothesis=effect, shape=0)
+            moved = with_shape(search.moments, search.hypotheses, moved)
+            if search.determined(moved):
+                search.accept(replace(one, score=moved), k)
+                continue
+        search.accept(one, k, *terms)
 
 
 def review(search: Search) -> None:
@@ -84,9 +94,3 @@ def _stands(search: Search, place: int) -> bool:
         return True
     gain = together(search.moments, terms)
     return as_good(gain, score.gain, form_error(score, search.criteria), search.criteria)
-
-
-def _evidence(search: Search) -> float:
-    """Evidence for all effects of a model [nats]."""
-    terms = [term for own in search.terms for term in own]
-    return evidence_of(search.moments, terms) if terms else 0.0

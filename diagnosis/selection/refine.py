@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from math import log, pi, sqrt
 
@@ -35,10 +36,10 @@ def refined(
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
     each peak of the grid, by half the distance to its neighbours, and half of that where no such
     step leads higher. That ends where it changes next to nothing, beside chance and beside a
-    relative error of the form as large as thought, or where the evidence is a parabola, whose top
-    is known. No farther than to these neighbours. A step that gains no more than chance is not
-    taken: a shape stays where its form is simplest. And how many such shapes there are between two
-    of the grid, as a logarithm."""
+    relative error of the form as large as thought, or where it lies on the parabola of the step
+    before, whose top is known. No farther than to these neighbours. A step that gains no more than
+    chance is not taken: a shape stays where its form is simplest. And how many such shapes there
+    are between two of the grid, as a logarithm."""
     evidence = fits[None].evidence
     starts = [(effect.shapes[k], float(evidence[k])) for k in peaks(effect.shapes, evidence)]
     ends = [_uphill(moments, hypotheses, effect, start, error) for start in starts]
@@ -93,6 +94,7 @@ def _uphill(
     """A shape and its evidence, from those of a start on, and `widths`, see `_many`."""
     (now, evidence), searched = start, hypotheses.searched(effect)
     widths = dict[str, tuple[float, float]]()
+    parabolas = dict[str, Parabola]()
 
     def at(name: str, *values: float) -> Array:
         # in one go, which reads the base model's columns once
@@ -115,15 +117,18 @@ def _uphill(
                     # a bell falls by x^2 / 2 in x standard deviations
                     step = sqrt((below**2 + above**2) / 2) / 2**level
                     widths[name] = step / sqrt(2 * fall), min(below, above)
+                known = parabolas.pop(name, None)
                 higher = int(np.argmax(listed))
                 there, most = float(values[higher]), float(listed[higher])
-                bent = bool((np.abs(listed - evidence) > flat).any())
-                around = bool(values[0] < now[name] < values[1] and np.isfinite(fall))
-                if bent and around and most <= evidence:
-                    there, guess = _top(now[name], evidence, values, listed)
-                    most = float(at(name, there)[0]) if guess > evidence + flat else evidence
-                    bent = abs(most - guess) > flat
-                steep |= bent
+                if (np.abs(listed - evidence) > flat).any():
+                    as_known = known is not None and known.near(values, listed, flat)
+                    steep |= not as_known
+                    around = bool(values[0] < now[name] < values[1] and np.isfinite(fall))
+                    if around and most <= evidence and not as_known:
+                        known = Parabola.of(now[name], evidence, values, listed)
+                        if known.height > evidence + flat:
+                            there, most = known.top, float(at(name, known.top)[0])
+                        parabolas[name] = known
                 if most > evidence + FLAT:
                     now, evidence, moved = {**now, name: there}, most, True
         if not steep:
@@ -131,12 +136,25 @@ def _uphill(
     return hypotheses.shaped(effect, now), evidence, widths
 
 
-def _top(now: float, evidence: float, values: Array, listed: Array) -> tuple[float, float]:
-    """Where a parabola through a value, which is the highest, and one on each side has its top, and
-    the evidence there."""
-    (a, b), (low, high) = values - now, listed - evidence
-    slope, curve = (low * b / a - high * a / b) / (b - a), (high / b - low / a) / (b - a)
-    return now - slope / (2 * curve), evidence - slope**2 / (4 * curve)
+@dataclass(frozen=True)
+class Parabola:
+    """The evidence about its top, as three values have it."""
+
+    top: float
+    height: float
+    curve: float
+
+    @staticmethod
+    def of(now: float, evidence: float, values: Array, listed: Array) -> Parabola:
+        """Through a value, which is the highest, and one on each side of it."""
+        (a, b), (low, high) = values - now, listed - evidence
+        slope, curve = (low * b / a - high * a / b) / (b - a), (high / b - low / a) / (b - a)
+        return Parabola(now - slope / (2 * curve), evidence - slope**2 / (4 * curve), curve)
+
+    def near(self, values: Array, listed: Array, flat: float) -> bool:
+        """Whether others lie on it."""
+        expected = self.height + self.curve * (values - self.top) ** 2
+        return bool((np.abs(listed - expected) <= flat).all())
 
 
 def ended(

@@ -11,7 +11,6 @@ so that one linear fit with these tangents as columns says how far all shapes ar
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -33,10 +32,12 @@ def reshaped(
     hypotheses: Hypotheses,
     known: Mapping[int, tuple[Score, Term]],
     criteria: Criteria,
-) -> dict[int, Score]:
+) -> dict[int, EffectHypothesis]:
     """Effects of a model whose shapes are surely others beside all the rest of it, with these
-    shapes; known: effects and their terms, by any number."""
-    searched = [(k, shape) for k, (s, _) in known.items() for shape in _searched(hypotheses, s)]
+    shapes; known: effects and their terms, by any number. Not one whose shape would be beyond a
+    bound where this is another effect."""
+    listed = [(k, hypotheses.searched(_effect(score))) for k, (score, _) in known.items()]
+    searched = [(k, shape) for k, own in listed for shape in own]
     if not searched:
         return {}
     tangents = [_tangent(moments, hypotheses, *known[k], shape) for k, shape in searched]
@@ -49,31 +50,30 @@ def reshaped(
     longer = moments.extended(steps)
     place, fit = np.arange(longer.m)[longer.place(steps)], longer.fit(None)
     sure = np.abs(fit.q[place]) / np.sqrt(np.diag(fit.covariance(place)))
-    moved = dict[int, Score]()
-    for k in {k for (k, _), far in zip(searched, sure, strict=True) if far > criteria.deviations}:
-        effect = known[k][0].hypothesis
-        assert isinstance(effect, EffectHypothesis)
-        shape = dict(effect.shapes[known[k][0].shape])
-        for (own, within), step in zip(searched, fit.q[place], strict=True):
-            if own == k:
-                there = shape[within.name] + step
-                shape[within.name] = float(np.clip(there, within.low, within.high))
-        moved[k] = replace(known[k][0], hypothesis=hypotheses.shaped(effect, shape), shape=0)
+    moved = dict[int, EffectHypothesis]()
+    for k, (score, _) in known.items():
+        effect = _effect(score)
+        shape, ended = dict(effect.shapes[score.shape]), False
+        for (own, within), far, step in zip(searched, sure, fit.q[place], strict=True):
+            if own == k and far > criteria.deviations:
+                there = float(np.clip(shape[within.name] + step, within.low, within.high))
+                ended |= within.closed and there == within.high
+                shape[within.name] = there
+        if shape != effect.shapes[score.shape] and not ended:
+            moved[k] = hypotheses.shaped(effect, shape)
     return moved
 
 
-def _searched(hypotheses: Hypotheses, score: Score) -> list[Shape]:
-    effect = score.hypothesis
-    assert isinstance(effect, EffectHypothesis)
-    return hypotheses.searched(effect)
+def _effect(score: Score) -> EffectHypothesis:
+    assert isinstance(score.hypothesis, EffectHypothesis)
+    return score.hypothesis
 
 
 def _tangent(
     moments: Moments, hypotheses: Hypotheses, score: Score, term: Term, shape: Shape
 ) -> dict[int, Array]:
     """Change (R,) of an effect's whitened torque with its shape, on each axis that feels it."""
-    effect = score.hypothesis
-    assert isinstance(effect, EffectHypothesis)
+    effect = _effect(score)
     own = effect.shapes[score.shape]
     there = [k for k in range(effect.width) if k not in score.still]
     gains = moments.fit(None).q[moments.place(term)][: len(there)]

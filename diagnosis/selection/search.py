@@ -122,11 +122,11 @@ class Search:
         least = unrepeated(self.moments.without(*self.answered), self.known())
         while True:
             accepted = chosen(least, self.known(), scores, bars, number, self.criteria, plainly)
-            if accepted is None or self._determined(accepted.score):
+            if accepted is None or self.determined(accepted.score):
                 return accepted
             scores = [score for score in scores if score is not accepted.score]
 
-    def _determined(self, score: Score) -> bool:
+    def determined(self, score: Score) -> bool:
         """Whether the runs, not noise, determine a model with it, and no wave is made by chance."""
         if not self.hypotheses.seen.clear(self.moments, score.hypothesis, score.order):
             return False

@@ -155,6 +155,29 @@ def test_shapes_that_make_up_for_each_other_are_followed_to_the_top(
     assert where == pytest.approx({"a": 1.7, "b": 1.2}, abs=0.15)
 
 
+@pytest.mark.parametrize("top", [0.05, 0.3, 0.9])
+def test_narrow_top_between_flat_neighbours_is_found(
+    top: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wave's evidence is a bell much narrower than a coarse grid, whose three values lie on a
+    parabola with its top next to the middle one."""
+
+    def evidence(_: object, shapes: list[dict[str, float]], __: object) -> dict[None, Any]:
+        away = np.array([s["a"] - top for s in shapes])
+        return {None: SimpleNamespace(evidence=200 * np.exp(-((away / 0.5) ** 2) / 2))}
+
+    effect = cast(Any, SimpleNamespace(shapes=[{"a": float(a)} for a in (-5, 0, 5)]))
+    free = [SimpleNamespace(name="a", low=-9.0, high=9.0)]
+    of: dict[str, Any] = {"shaped": lambda _, *s: list(s), "searched": lambda _: free}
+    monkeypatch.setattr(refine, "tried", evidence)
+    start = {"a": 0.0}, float(evidence(None, [{"a": 0.0}], None)[None].evidence[0])
+    shaped = cast(Any, SimpleNamespace(**of))
+    found, best, widths = refine._uphill(cast(Any, None), shaped, effect, start, 0.0)
+    assert best > 200 - 0.2
+    assert widths["a"][0] == pytest.approx(0.5 / 200**0.5, rel=0.25)
+    assert cast(Any, found)[0]["a"] == pytest.approx(top, abs=0.02)
+
+
 def test_shape_ends_no_farther_than_the_next_of_the_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     """What would be best far beyond all of the grid is another effect."""
     where, _ = uphill(0.0, monkeypatch, a=5.0, b=0.5)
