@@ -37,7 +37,7 @@ def mechanism(
     """
     now = found(Bench(model, known), judged, say)
     before = before_of(now.bench.model, now.others)
-    now = _settling(model, now, known, say)
+    now = _settling(now, known, say)
     side, least = now.side, (CRITERIA.deviations, CRITERIA.smallest_rest)
     # a single axis whose drive lags looks like a log whose torques are late
     lagging = with_lag(side.fit, least[0])
@@ -89,14 +89,14 @@ def steadily(
     return (now, drifts) if good else (first, [])
 
 
-def _settling(model: Calibrated, now: Found, known: Sequence[Compiled], say: Say) -> Found:
+def _settling(now: Found, known: Sequence[Compiled], say: Say) -> Found:
     """The last of the searches beside the base model as what they find moves it."""
     for _ in range(SEARCHES - 1):
         # asked before the columns are gone: those of one search at a time take most of the memory
         left = now.left
         now.bench.forget()
         give_back()
-        settled = _settled(model, now)
+        settled = _settled(now)
         if settled is None:
             break
         earlier, now = now, found(Bench(settled, known), now.judged, say)
@@ -104,12 +104,13 @@ def _settling(model: Calibrated, now: Found, known: Sequence[Compiled], say: Say
             settled.forget()
             now.bench.forget()
             return earlier
-        model = settled
     return now
 
 
-def _settled(model: Calibrated, now: Found) -> Calibrated | None:
+def _settled(now: Found) -> Calibrated | None:
     """The base model beside what was found, if that moved it."""
     fit = now.fit
     anew = None if fit is None else beside(fit)
-    return anew if fit and anew and moved(model, anew, fit, CRITERIA.smallest_effect) else None
+    if fit is None or anew is None:
+        return None
+    return anew if moved(fit.bench.model, anew, fit, CRITERIA.smallest_effect) else None

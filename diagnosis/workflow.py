@@ -114,11 +114,11 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     if len(poor_axes(model, settled.fit.residual)) == n:
         return run_set.cannot_tell(settled.notes[-1])
     progress("commanded against reported torque", 3, 4)
-    late = delayed(settled.fit, CRITERIA.deviations)
     sides += drives_of(model, [block.run for block in model.blocks], judged)
     settled, drifts = steadily(settled, known, judged, lambda text: progress(text, 3, 4))
     model, sides[0] = settled.fit.bench.model, settled
     sides += drifts
+    late = delayed(settled.fit, CRITERIA.deviations)
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), settled)
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))

@@ -115,6 +115,7 @@ def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     left = rubbed.residual(q)
     noise = unweighted(measured(blocks, left), model.noise.white)
     again = about_known(model.base, blocks, values_after(rubbed, q), noise, (), model.errors)
+    again = replace(again, noise=evenly_noisy(again, left))
     return replace(again, off=model.off).doubted(left)
 
 

@@ -24,8 +24,10 @@ from flexhex.diagnosis.selection.search import Search
 def revise(search: Search, latest: Hypothesis) -> None:
     """Move the shapes of effects of the axes that feel the latest one to where they are beside it,
     and choose those anew from which it took what they gain."""
-    felt = {latest.axis}
-    if isinstance(latest, EffectHypothesis) and latest.axis is not None:
+    felt: set[Axis] = {latest.axis}
+    if latest.axis is None:
+        felt |= {*range(search.hypotheses.rows.n)}
+    elif isinstance(latest, EffectHypothesis):
         felt |= {*latest.felt}
     reshape(search, felt)
     for _ in range(len(search.accepted)):

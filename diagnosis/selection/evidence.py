@@ -43,11 +43,6 @@ class Tried:
     gains: Array
     odd: NDArray[np.bool_]
 
-    def of(self, shape: int) -> Tried:
-        """One of the shapes alone."""
-        one = slice(shape, shape + 1)
-        return Tried(self.evidence[one], self.gains[one], self.odd[one])
-
 
 def tried(
     moments: Moments, effect: EffectHypothesis, some: Sequence[Left] = ()

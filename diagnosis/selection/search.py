@@ -155,9 +155,9 @@ class Search:
         pairs = zip(self.accepted, self.terms, strict=True)
         return [replace(a, inexact=inexact(self.moments, t[1])) if t else a for a, t in pairs]
 
-    def known(self, but: int | None = None) -> list[Score]:
-        """Scores of what was accepted, but for one."""
-        return [each.score for k, each in enumerate(self.accepted) if k != but]
+    def known(self) -> list[Score]:
+        """Scores of what was accepted."""
+        return [each.score for each in self.accepted]
 
     def accept(self, accepted: Accepted, place: int | None = None, *terms: Term) -> None:
         """Put a hypothesis into the model, at a place of the list or at its end; terms: of the same

@@ -70,10 +70,10 @@ class Selection:
         axis = accepted.score.hypothesis.axis
         if axis is None:
             return False
-        listed = [score for score, _ in self.search.own(axis)]
-        place = next((k for k, score in enumerate(listed) if score is accepted.score), None)
-        beside = self.imitated[axis].beside
-        return place is None or not surely_beside(self.search, axis, place, beside)
+        # the search may know it by another name
+        own = [each for each in self.effects if each.score.hypothesis.axis == axis]
+        place = next(k for k, each in enumerate(own) if each is accepted)
+        return not surely_beside(self.search, axis, place, self.imitated[axis].beside)
 
     @property
     def effects(self) -> list[Accepted]:

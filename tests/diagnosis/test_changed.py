@@ -107,7 +107,7 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "unrepeated", lambda *_: None)
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
-    monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
+    monkeypatch.setattr(search.Search, "scores_of", lambda _, axis: [better] if axis == 1 else [])
     unsure = SimpleNamespace(sure=False)
     moments = SimpleNamespace(without=lambda *_: moments, fit=lambda _: unsure)
     seen = SimpleNamespace(clear=lambda *_: True)
