@@ -37,10 +37,10 @@ def test_hypothesis_that_only_noise_determines_is_passed_over(
     hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=sure, seen=seen)
     asked = search.Search(hypotheses, USUAL)
     monkeypatch.setattr(search.Search, "_with", lambda _, score: (longer[score], ()))
-    accepted = asked._chosen(scores, 1)
+    accepted = asked.chosen_of(scores, 1)
     assert accepted is not None
     assert accepted.score is scores[1]
-    assert asked._chosen(scores[:1], 1) is None
+    assert asked.chosen_of(scores[:1], 1) is None
 
 
 def test_errors_of_form_that_noise_moves_leave_a_model_sure() -> None:
