@@ -31,7 +31,8 @@ Unit = Annotated[
     list[str] | None,
     typer.Option(
         metavar="CHANNEL=UNIT",
-        help="unit of a channel whose file does not state it: theta=deg, or by axis: theta=deg,mm",
+        help="unit of a channel whose file does not state it: theta=deg, or by axis: theta=deg,mm;"
+        " where the file is wrong: 'theta=deg not rad'",
     ),
 ]
 Rename = Annotated[

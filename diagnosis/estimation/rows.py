@@ -238,7 +238,8 @@ def checked(machine: Machine, log: Log) -> None:
         raise LogError(
             f"{log.name}: {1 / ts:.4g} samples per second, at least {np.ceil(1 / slowest):.0f} are"
             f" needed: the filter's window of {1e3 * window_length(machine):.3g} ms must hold"
-            f" {FEWEST_TAPS} of them; log faster, or give the unit of `time` (--unit time=ms)"
+            f" {FEWEST_TAPS} of them; log faster, or, where `time` is in ms, say so:"
+            " --unit 'time=ms not s'"
         )
     turned = [finding for finding in log.findings if finding.kind in ("swapped", "sign")]
     if turned:

@@ -96,9 +96,9 @@ class Finding:
 @dataclass(frozen=True)
 class Options:
     """What the user adds to a log: torque_constant [N m/A, N/A], one or one for each axis; units by
-    channel (`{"theta": "deg"}`, or for each axis: `"rad, mm"`), which outweigh the file's; rename:
-    {name in the file: channel}; memory: bytes of samples to keep; motor: data of the motors of a
-    log in V."""
+    channel (`{"theta": "deg"}`, or for each axis: `"rad, mm"`) whose file states none; `"deg not
+    rad"` takes the place of what the file states; rename: {name in the file: channel}; memory:
+    bytes of samples to keep; motor: data of the motors of a log in V."""
 
     torque_constant: float | tuple[float, ...] | None = None
     units: Mapping[str, str] = field(default_factory=dict)

@@ -56,6 +56,9 @@ def read_mcap(path: Path, options: Options) -> Raw:
     units = dict(UNITS)
     meta = {"joints": ",".join(names)}
     raw = as_tables(path, [(topic, data)], units, meta, options, list(data))
+    for table in raw.tables:
+        # joints that slide have others
+        table.stated = False
     text = f"axes are the joints {meta['joints']} (--joints takes them so), in rad and N m"
     raw.findings.append(Finding("names", f"{path}: {topic}", text, True))
     if len(count) > 1:

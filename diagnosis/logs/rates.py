@@ -111,7 +111,8 @@ def _described(name: str, pair: _Pair, axis: int, ts: float, units: Mapping[str,
         return f"{channel} does not go with theta[{axis + 1}]: another axis?"
     if abs(coefficients[0] - 1) > OFF:
         unit = next((u for u, f in units.items() if abs(coefficients[0] * f - 1) < OFF), "")
-        hint = f": is it in {unit} (--unit {name}={unit})?" if unit else ""
+        plain = next(u for u, f in units.items() if f == 1.0)
+        hint = f": is it in {unit} (--unit '{name}={unit} not {plain}')?" if unit else ""
         return f"{channel} is {coefficients[0]:.4g} times the {of} of theta[{axis + 1}]{hint}"
     if abs(coefficients[1]) * np.std(faster) > np.abs(coefficients[2]):
         way = "late" if coefficients[1] > 0 else "early"

@@ -43,7 +43,8 @@ _UNIT = re.compile(
 class Table:
     """Channels that share one time column. time (samples,) in `unit`; values: (samples, width)
     by channel; units: of its axes, as the file has them; joins: rows at which a stretch begins that
-    does not follow the row before it."""
+    does not follow the row before it; stated: whether the file itself tells the units, not the kind
+    of file that it is."""
 
     where: str
     time: Array
@@ -51,6 +52,7 @@ class Table:
     values: dict[str, Array] = field(default_factory=dict)
     units: dict[str, tuple[str, ...]] = field(default_factory=dict)
     joins: tuple[int, ...] = ()
+    stated: bool = True
 
 
 @dataclass(frozen=True)

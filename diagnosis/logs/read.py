@@ -17,10 +17,10 @@ from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.rates import judged_rates
 from flexhex.diagnosis.logs.raw import Raw, Table, remedy, texts, without_absurd
 from flexhex.diagnosis.logs.stamps import stamped
+from flexhex.diagnosis.logs.stated import chosen_units
 from flexhex.diagnosis.logs.units import (
     SI,
     TORQUES,
-    each_unit,
     factor,
     is_current,
     is_voltage,
@@ -75,7 +75,9 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
             continue
         findings += without_absurd(table)
         try:
-            scale, unknown = factor(table.where, "time", options.units.get("time", table.unit)), ""
+            (unit,), told = chosen_units(table, "time", options.units)
+            findings += [Finding("units", table.where, told, True)] if told else []
+            scale, unknown = factor(table.where, "time", unit), ""
         except LogError as error:
             scale, unknown = 1.0, str(error)
             requests.append(unknown.removeprefix(f"{name}: "))
@@ -120,16 +122,9 @@ def _kinds(raw: Raw, options: Options) -> Kinds:
     """What each axis moves along, by the units of its positions; () without such a channel."""
     for table in raw.tables:
         if "theta" in table.values:
-            units = _units(table, "theta", options)
+            units, _ = chosen_units(table, "theta", options.units)
             return tuple(kind_of("theta", unit) or ROTARY for unit in units)
     return ()
-
-
-def _units(table: Table, name: str, options: Options) -> tuple[str, ...]:
-    """Unit of each axis of a channel, as the user or the file says."""
-    if name not in options.units:
-        return table.units[name]
-    return each_unit(f"--unit {name}", name, options.units[name], table.values[name].shape[1])
 
 
 def _channel(
@@ -145,7 +140,9 @@ def _channel(
     """
     known, volts = of_log
     kinds, _, options, _ = known
-    where, values, units = table.where, table.values[name], _units(table, name, options)
+    where, values = table.where, table.values[name]
+    units, told = chosen_units(table, name, options.units)
+    findings += [Finding("units", where, told, True)] if told else []
     currents = [name in DRIVEN or is_current(name, unit) for unit in units]
     try:
         if any(currents) and not all(currents):

@@ -95,7 +95,7 @@ TORQUES = ("tau_meas", "tau", "tau_ff")
 
 def factor(where: str, channel: str, unit: str, axis: int = 1) -> float:
     """What a value in `unit` is multiplied by to be SI. LogError when that is not certain."""
-    value = _look_up(KNOWN[channel], unit)
+    value = size_of(channel, unit)
     if value is not None:
         return value
     wanted = " or ".join(repr(kind.unit(SI[channel])) for kind in MOVING.get(channel, (ROTARY,)))
@@ -130,6 +130,11 @@ def each_unit(where: str, channel: str, text: str, count: int) -> tuple[str, ...
             f" {count} {'axis' if count == 1 else 'axes'}: give one for all, or one for each"
         )
     return listed
+
+
+def size_of(channel: str, unit: str) -> float | None:
+    """What a value in `unit` is multiplied by to be SI; None where that is not certain."""
+    return _look_up(KNOWN[channel], unit)
 
 
 def is_current(channel: str, unit: str) -> bool:

@@ -18,7 +18,8 @@ from flexhex.diagnosis.logs import Options
 from flexhex.diagnosis.logs.clock import clock_of
 from flexhex.diagnosis.logs.raw import Raw, Table
 from flexhex.diagnosis.logs.read import READERS
-from flexhex.diagnosis.logs.units import each_unit, factor, kind_of
+from flexhex.diagnosis.logs.stated import chosen_units
+from flexhex.diagnosis.logs.units import factor, kind_of
 from flexhex.fmus.common.errors import LogError, unreadable
 
 Array = NDArray[np.float64]
@@ -86,13 +87,12 @@ def read_trajectory(path: str | Path, options: Options | None = None) -> Traject
     except OSError as error:
         raise LogError(unreadable(path, error)) from None
     table, name = _source(path, raw)
-    units = options.units
-    time = table.time * factor(table.where, "time", units.get("time", table.unit))
-    values = table.values[name]
-    listed = table.units[name]
-    if name in units:
-        listed = each_unit(f"--unit {name}", name, units[name], values.shape[1])
-    values = values * [factor(table.where, name, u, k) for k, u in enumerate(listed, start=1)]
+    (unit,), _ = chosen_units(table, "time", options.units)
+    time = table.time * factor(table.where, "time", unit)
+    listed, _ = chosen_units(table, name, options.units)
+    values = table.values[name] * [
+        factor(table.where, name, u, k) for k, u in enumerate(listed, start=1)
+    ]
     kinds = tuple(kind_of(name, unit) or ROTARY for unit in listed)
     channel = clock_of(table.where, time, table.joins).channel(values)
     if not (channel.valid.all() and np.isfinite(channel.values).all()):

@@ -39,7 +39,7 @@ def refuse_slow(log: Log) -> None:
         raise LogError(
             f"{log.name}: samples are {ts:.3g} s apart, at most {SLOWEST:g} s show how a controlled"
             f" axis accelerates: is `time` in ms (that would be {1 / (1e-3 * ts):.3g} Hz)?"
-            " --unit time=ms says so"
+            " Correct the file, or say so with --unit 'time=ms not s'"
         )
 
 

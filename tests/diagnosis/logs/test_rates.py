@@ -82,8 +82,8 @@ def test_accelerations_are_used_where_their_noise_is_less(
 WRONG = {
     "late": (rate(T - 0.008), "thetad[1] comes 8 ms late beside theta[1]"),
     "early": (rate(T + 0.005), "thetad[1] comes 5 ms early beside theta[1]"),
-    "degrees": (np.rad2deg(rate(T)), "is it in deg/s (--unit thetad=deg/s)?"),
-    "rpm": (rate(T) * 30 / np.pi, "is it in rpm (--unit thetad=rpm)?"),
+    "degrees": (np.rad2deg(rate(T)), "is it in deg/s (--unit 'thetad=deg/s not rad/s')?"),
+    "rpm": (rate(T) * 30 / np.pi, "is it in rpm (--unit 'thetad=rpm not rad/s')?"),
     "turned round": (-rate(T), "thetad[1] is -1 times the rate of theta[1]"),
     "too small": (0.9 * rate(T), "thetad[1] is 0.9 times the rate of theta[1]"),
     "off": (rate(T) + 0.3, "thetad[1] is off the rate of theta[1] by 0.3"),
