@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,12 +17,13 @@ from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.hypotheses.own_effect import own_effects
 from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
 from flexhex.diagnosis.jointfit.rubbed import with_friction
-from flexhex.diagnosis.kinds import axes_named, kinds_of, refuse_others, units_of
+from flexhex.diagnosis.kinds import Kinds, axes_named, kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.runs import refuse_nothing, refuse_slow, runs_of, starts_of
+from flexhex.diagnosis.runs.span import refuse_short
 from flexhex.fmus.common.effects.own import OwnEffect
 from flexhex.fmus.common.errors import LogError
 
@@ -86,10 +88,15 @@ class RunSet:
 
 
 def run_set_of(
-    paths: Sequence[Given], held_out: Sequence[Given], machine_file: Path | None, options: Options
+    paths: Sequence[Given],
+    held_out: Sequence[Given],
+    machine_file: Path | None,
+    options: Options,
+    settle: float | None = None,
 ) -> tuple[Base, RunSet, str]:
     """Runs of the logs, and why nothing can be told from them, or nothing.
 
+    settle [s]: left out at the start of each run, instead of the base model's own.
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
     own = own_effects(options.effects)
@@ -120,6 +127,10 @@ def run_set_of(
         refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
+    if settle is not None:
+        base = copy(base)
+        base.settle = settle
+    refuse_short(base, runs, "" if settle is None else "--settle")
     units = units_of(base, base.n, "N m")
     run_set = RunSet(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, run_set, _trouble(ours, groups, runs)
@@ -199,12 +210,10 @@ def _trouble(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Se
     kinds = kinds_of(read[0], len(moved))
     least = np.maximum([STILL if kind.turns else 0.0 for kind in kinds], MOVES * noise)
     if (moved <= least).all():
-        shown = " and ".join(
-            f"{max(m for m, other in zip(moved, kinds, strict=True) if other is kind):.2g}"
-            f" {kind.unit('rad')}"
-            for kind in dict.fromkeys(kinds)
-        )
-        return f"no axis moves by more than {shown}: a run must excite the machine"
+        noisy = f", less than {MOVES:g} times the noise of its angles ({_largest(noise, kinds)})"
+        why = noisy if (MOVES * noise == least)[moved == moved.max()].any() else ""
+        shown = _largest(moved, kinds)
+        return f"no axis moves by more than {shown}{why}: a run must excite the machine"
     if (dead := np.flatnonzero(silent & (moved > least))).size:
         return (
             f"the torque of {axes_named(dead)} is the same number all the"
@@ -212,6 +221,15 @@ def _trouble(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup], runs: Se
             " model (--joints)"
         )
     return ""
+
+
+def _largest(values: Array, kinds: Kinds) -> str:
+    """The largest of the values (n,) of each kind of axis, with its unit."""
+    return " and ".join(
+        f"{max(v for v, other in zip(values, kinds, strict=True) if other is kind):.2g}"
+        f" {kind.unit('rad')}"
+        for kind in dict.fromkeys(kinds)
+    )
 
 
 def _noises(runs: Sequence[Run]) -> list[Array]:

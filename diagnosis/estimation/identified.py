@@ -62,8 +62,8 @@ def identify(
     placed = not given.keys().isdisjoint(EXACT)
     if placed:
         options = replace(options, tolerance={**EXACT, **given})
-    base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
-    base = _plain(base, placed, settle)
+    base, run_set, trouble = run_set_of(paths, held_out, machine_file, options, settle)
+    base = _plain(base, placed)
     if trouble := trouble or mispaired(base, run_set.runs):
         raise LogError(trouble)
     more.check(base.n)
@@ -122,13 +122,11 @@ def _fitted(
     return estimated, smoothed, [*carried, *freed], out
 
 
-def _plain(base: Base, placed: bool, settle: float | None) -> Base:
+def _plain(base: Base, placed: bool) -> Base:
     """The base model with the geometry of its file, unless a tolerance of it was given."""
     plain = copy(base)
     if not placed:
         plain.geometry = None
-    if settle is not None:
-        plain.settle = settle
     return plain
 
 

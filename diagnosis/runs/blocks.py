@@ -18,17 +18,15 @@ from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.runs.linear import Linear
 from flexhex.diagnosis.runs.rests import PART, moving, sticking
 from flexhex.diagnosis.runs.smoothing import Few, enough, hann_weights
-from flexhex.fmus.common.errors import LogError
+from flexhex.diagnosis.runs.span import JUDGED as JUDGED
+from flexhex.diagnosis.runs.span import LATEST as LATEST
+from flexhex.diagnosis.runs.span import by_trajectory, instants
+from flexhex.diagnosis.runs.span import spacing_for as spacing_for
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MOST = 8_000
-"""Instants of all runs together; more are thinned to these, so that an hour takes no more memory
-than a minute."""
-LATEST = 3.0
-"""Largest delay of the torques, in tolerances."""
-LEAST, JUDGED = 200, 50
-"""Rows of a run that a longer window leaves, if there are as many; fewest that say anything."""
+LEAST = 200
+"""Rows of a run that a longer window leaves, if there are as many."""
 
 
 @dataclass(frozen=True)
@@ -186,9 +184,8 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
     Raises LogError when a run is too short for `least` rows at the base's own spacing.
     """
     listed = []
-    for trajectory in dict.fromkeys(run.trajectory for run in runs):
-        passes = [run for run in runs if run.trajectory == trajectory]
-        at = _instants(base, passes, spacing, least)
+    for passes in by_trajectory(runs):
+        at = instants(base, passes, spacing, least)
         listed += [_block(base, run, at) for run in passes]
     usable = [block.usable for block in listed]
     motions = [_smooth(block) for block in listed]
@@ -208,29 +205,6 @@ def _smooth(block: Block) -> tuple[Array, Array, Array]:
     return block.angles, block.smooth(motion.thetad), block.smooth(motion.thetadd)
 
 
-def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:
-    spans = [_span(base, run) for run in passes]
-    first, last = max(a for a, _ in spans), min(b for _, b in spans)
-    k = np.arange(int(np.ceil(first / spacing)), int(np.floor(last / spacing)) + 1)
-    if len(k) * spacing < least * base.spacing:
-        names = ", ".join(run.name for run in passes)
-        raise LogError(
-            f"{names}: {max(0.0, last - first):.3g} s remain after the first {base.settle:g} s"
-            f" (passes overlapping); at least {least * base.spacing:.3g} s are needed"
-        )
-    return np.asarray(k * spacing)
-
-
-def _span(base: Base, run: Run) -> tuple[float, float]:
-    """What can be used of a run, in the time that its passes share [s]."""
-    clocks = [(run.motion.t0, run.motion.ts, len(run.valid))]
-    clocks.append((run.tau.t0, run.tau.ts, len(run.tau.valid)))
-    start = max(t0 for t0, _, _ in clocks)
-    end = min(t0 + ts * (count - 1) for t0, ts, count in clocks)
-    margin = max(base.window, base.window / 2 + LATEST * base.late * run.tau.ts)
-    return start + base.settle + margin - run.shift, end - margin - run.shift
-
-
 def _block(base: Base, run: Run, at: Array) -> Block:
     motion, tau = run.motion, run.tau
     local = at + run.shift
@@ -241,9 +215,3 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     moves = np.ones(rows.shape[:2], dtype=bool)
     every = enough(base.window, motion.ts)
     return Block(run, at, weights, linear, filled & known, moves, every)
-
-
-def spacing_for(base: Base, runs: Sequence[Run]) -> float:
-    """Time between rows [s]: the base's own, or more where that makes too many instants."""
-    total = sum(max(0.0, b - a) for a, b in (_span(base, run) for run in runs))
-    return max(base.spacing, total / MOST)
