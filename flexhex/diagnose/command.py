@@ -37,7 +37,8 @@ def diagnose_command(
         list[Path] | None,
         typer.Option(
             metavar="RUN...",
-            help="held-out runs of other trajectories: used for validation only",
+            help="held-out runs of other trajectories: used for validation only; takes all words up"
+            " to the next option",
         ),
     ] = None,
     locked: Annotated[

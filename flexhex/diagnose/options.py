@@ -8,7 +8,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from typer.core import TyperCommand
+from typer import BadParameter
+from typer.core import TyperArgument, TyperCommand
 
 from flexhex.fmus.common.errors import OutputError, UsageError
 
@@ -20,8 +21,14 @@ class Greedy(TyperCommand):
     """A command whose `--held-out a b c` means `--held-out a --held-out b --held-out c`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Repeat a greedy option before each of its words."""
-        return super().parse_args(ctx, repeated(args))
+        """Repeat a greedy option before each of its words. UsageError where none is left."""
+        try:
+            return super().parse_args(ctx, repeated(args))
+        except BadParameter as error:
+            # files are not looked at yet: it is missing
+            if isinstance(error.param, TyperArgument) and (refused := swallowed(args)):
+                raise UsageError(refused) from None
+            raise
 
 
 def repeated(args: list[str]) -> list[str]:
@@ -38,6 +45,19 @@ def repeated(args: list[str]) -> list[str]:
             expanded += [word] if not option or first else [option, word]
             first = False
     return expanded
+
+
+def swallowed(args: list[str]) -> str:
+    """What is said where a greedy option took the words meant as arguments, or nothing."""
+    words = repeated(args)
+    for option in GREEDY:
+        if count := words.count(option):
+            took = "the only file" if count == 1 else f"all {count} files"
+            return (
+                f"{option} took {took}, as it takes all words up to the next option: put the runs"
+                " that are fitted before it"
+            )
+    return ""
 
 
 def interactive() -> bool:

@@ -28,7 +28,11 @@ def identify_command(
     ],
     held_out: Annotated[
         list[Path] | None,
-        typer.Option(metavar="LOG...", help="logs that are not fitted: the error on them is shown"),
+        typer.Option(
+            metavar="LOG...",
+            help="logs that are not fitted: the error on them is shown; takes all words up to the"
+            " next option",
+        ),
     ] = None,
     machine: Annotated[
         Path | None, typer.Option("--machine", "-m", help="machine file (TOML) of a hexapod")

@@ -39,7 +39,11 @@ def view_command(
     ] = None,
     held_out: Annotated[
         list[Path] | None,
-        typer.Option(metavar="RUN...", help="with --base: logs that it is not fitted to"),
+        typer.Option(
+            metavar="RUN...",
+            help="with --base: logs that it is not fitted to; takes all words up to the next"
+            " option",
+        ),
     ] = None,
     joints: Joints = "",
     tolerance: Tolerances = None,

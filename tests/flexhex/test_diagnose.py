@@ -107,6 +107,18 @@ def test_held_out_takes_all_words_to_the_next_option(
 
 
 @pytest.mark.parametrize(
+    ("words", "taken"), [("c.csv a.csv b.csv", "all 3 files"), ("c.csv --json", "the only file")]
+)
+def test_held_out_that_took_the_runs_is_named(
+    words: str, taken: str, call: Callable[..., Any]
+) -> None:
+    done = call("--base", "axis", "--held-out", *words.split())
+    assert isinstance(done.exception, UsageError)
+    assert str(done.exception).startswith(f"--held-out took {taken}, as it takes all words up to")
+    assert "put the runs that are fitted before it" in str(done.exception)
+
+
+@pytest.mark.parametrize(
     ("words", "expected"),
     [
         (["--locked", "a", "b"], ["--locked", "a", "--locked", "b"]),
