@@ -37,7 +37,8 @@ def _hexapod(
     if machine_file is None:
         raise LogError("no machine file given: the hexapod needs one (--machine)")
     machine = load_machine(machine_file)
-    log.refuse_width(machine.n_arms)
+    other = "add --base with a robot's file, or --base axis for axes without a model"
+    log.refuse_width(machine.n_arms, other)
     known = with_tolerance(machine.tolerance, tolerance)
     return HexapodBase(machine.model_copy(update={"tolerance": known}))
 

@@ -144,14 +144,13 @@ class Log:
         """Names of the joints in the order of the axes, where the file tells them."""
         return tuple(filter(None, self.meta.get("joints", "").split(",")))
 
-    def refuse_width(self, n: int) -> None:
-        """LogError where the log has another number of axes than a model's n."""
+    def refuse_width(self, n: int, remedy: str = "is it of the machine that is modelled?") -> None:
+        """LogError where the log has another number of axes than a model's n; remedy: what is
+        asked then."""
         for name in ("theta", "tau_meas"):
             if (axes := self[name].width) != n:
                 width = f"{axes} {'axis' if axes == 1 else 'axes'}"
-                hint = ": add --base with a robot's file, or --base axis for axes without a model"
-                text = f"{self.name}: {name} has {width}, the model has {n}"
-                raise LogError(text + (hint if n > 1 else ""))
+                raise LogError(f"{self.name}: {name} has {width}, the model has {n}: {remedy}")
 
     @property
     def theta(self) -> Array:

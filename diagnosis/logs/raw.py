@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -111,8 +112,16 @@ def without_absurd(table: Table) -> list[Finding]:
     return findings
 
 
-def remedy(suffix: str) -> str:
-    """What mends a kind of file that is not read."""
+def no_log(path: Path) -> str:
+    """Why a file of a kind that is not read is none, and what mends it."""
+    suffix = path.suffix.lower()
+    if suffix in (".urdf", ".xml", ".sdf"):
+        return f"a robot's file is no log: give it as --base {path}"
+    if suffix == ".toml":
+        return (
+            f"a machine file is no log: give a hexapod's as --machine {path}, one beside a robot's"
+            f" file as --base {path}"
+        )
     ways = {
         ".db3": "`ros2 bag convert` makes a .mcap of a ROS 2 bag",
         ".bag": "`rosbags-convert` (PyPI: rosbags) makes a .mcap of a ROS 1 bag",
@@ -122,7 +131,7 @@ def remedy(suffix: str) -> str:
         ".xlsx": "save the sheet as CSV",
     }
     others = "write CSV or HDF5 (.csv, .h5), or .mat, .parquet, .mf4, .mcap"
-    return ways.get(suffix.lower(), others)
+    return f"unknown kind {path.suffix!r}; {ways.get(suffix, others)}"
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -15,7 +15,7 @@ from flexhex.diagnosis.logs.delay import delays
 from flexhex.diagnosis.logs.held import fresh
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.rates import judged_rates
-from flexhex.diagnosis.logs.raw import Raw, Table, remedy, texts, without_absurd
+from flexhex.diagnosis.logs.raw import Raw, Table, no_log, texts, without_absurd
 from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.stated import chosen_units
 from flexhex.diagnosis.logs.units import (
@@ -51,7 +51,7 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
         missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
         raise LogError(unreadable(path, missing))
     if path.suffix.lower() not in READERS:
-        raise LogError(f"{path}: unknown kind {path.suffix!r}; {remedy(path.suffix)}")
+        raise LogError(f"{path}: {no_log(path)}")
     module, function = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)
     try:

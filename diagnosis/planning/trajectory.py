@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.kinds import ROTARY, Kinds, kinds_of, units_of
 from flexhex.diagnosis.logs import Options
 from flexhex.diagnosis.logs.clock import clock_of
-from flexhex.diagnosis.logs.raw import Raw, Table
+from flexhex.diagnosis.logs.raw import Raw, Table, no_log
 from flexhex.diagnosis.logs.read import READERS
 from flexhex.diagnosis.logs.stated import chosen_units
 from flexhex.diagnosis.logs.units import factor, kind_of
@@ -79,7 +79,7 @@ def read_trajectory(path: str | Path, options: Options | None = None) -> Traject
         missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
         raise LogError(unreadable(path, missing))
     if path.suffix.lower() not in READERS:
-        raise LogError(f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5)")
+        raise LogError(f"{path}: {no_log(path)}")
     module, function = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)
     try:

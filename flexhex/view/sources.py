@@ -64,7 +64,8 @@ def refuse_far(path: Path, result: Result, shape: Shape) -> None:
         raise LogError(
             f"{path}: angles of up to {theta.max():.3g} rad, the stroke of {shape.data['name']} is"
             f" {shape.stroke:.3g} rad: say whose log it is, --base robot.urdf, or --base axis for"
-            " axes without a model; or in which unit the angles are, --unit theta=deg"
+            " axes without a model; or, where the file states another unit than its angles have,"
+            " --unit 'theta=deg not rad'"
         )
 
 

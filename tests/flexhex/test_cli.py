@@ -46,7 +46,17 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "no such ssp": (["simulate", "x.ssp"], 3, r"x\.ssp: no such file"),
     "not an ssp": (["simulate", "log.csv"], 3, r"log\.csv: not a zip archive"),
     "no such log": (["identify", "x.csv"], 3, r"x\.csv: no such file"),
-    "kind of log": (["identify", "other.toml"], 3, r"unknown kind '\.toml'; write CSV or HDF5"),
+    "kind of log": (["identify", "run.npx"], 3, r"unknown kind '\.npx'; write CSV or HDF5"),
+    "machine as log": (
+        ["identify", "other.toml"],
+        3,
+        r"a machine file is no log: .* as --machine other\.toml",
+    ),
+    "robot as log": (
+        ["identify", "arm.urdf"],
+        3,
+        r"a robot's file is no log: give it as --base arm\.urdf",
+    ),
     "unit of a log": (
         ["identify", "log.csv"],
         3,
@@ -78,6 +88,8 @@ def test_mistake_gives_message_and_exit_code(
     (tmp_path / "x-truth.toml").write_text(truth, encoding="utf-8")
     (tmp_path / "other.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
     (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,inc,N m\n0,1,2\n1,2,3\n2,3,4\n")
+    for name in ("run.npx", "arm.urdf"):
+        (tmp_path / name).touch()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["flexhex", *words])
     with pytest.raises(SystemExit) as exit:
