@@ -70,7 +70,7 @@ def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], li
     names, units = header.names, header.units
     names = names[: max(len(units), max((k for k, n in enumerate(names, 1) if n), default=0))]
     if units and len(names) != len(units):
-        raise LogError(f"{where}: {len(names)} names but {len(units)} units")
+        raise LogError(f"{where}: {header.title or header.uneven(len(names))}")
     columns = []
     for k, name in enumerate(names):
         plain, unit = split_unit(name)
@@ -82,7 +82,7 @@ def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], li
         listed = ", ".join(name for name in names[:12] if name.isprintable() and name)
         request = f"{listed}: say which it is, --rename 'COLUMN=time'"
         shown = request if listed else "no names: is it a CSV file?"
-        raise LogError(f"{where}: no channel `time`; it has {shown}")
+        raise LogError(f"{where}: {header.title or f'no channel `time`; it has {shown}'}")
     plans, findings = [], []
     for k, end in zip(times, [*times[1:], len(columns)], strict=True):
         # a single time column may stand anywhere

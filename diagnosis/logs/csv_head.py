@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from dataclasses import dataclass
+from itertools import count
 from typing import BinaryIO
 
 from flexhex.fmus.common.errors import LogError
@@ -20,7 +21,7 @@ UTF_16 = re.compile(rb"\xff\xfe|\xfe\xff|[!-~]\0|\0[!-~]")
 class Header:
     """What stands before the numbers; start: byte at which they begin. ragged: columns on the right
     may end earlier than others, as those of slower channels do. suffix: what stands behind every
-    time, as in a timetable of MATLAB."""
+    time, as in a timetable of MATLAB. lines: numbers of the lines of names and of units."""
 
     names: list[str]
     units: list[str]
@@ -30,6 +31,29 @@ class Header:
     decimal_comma: bool = False
     ragged: bool = False
     suffix: bytes = b""
+    lines: tuple[int, int] = (1, 2)
+
+    @property
+    def title(self) -> str:
+        """What is said where names stand in the line of units, as below a title; or nothing."""
+        below = self.separator.join(self.units)
+        fields = [name.lower() for name in split_fields(below, _separator(below))]
+        if not set(fields) & set(TIMES) or {n.lower() for n in self.names} & set(TIMES):
+            return ""
+        first, second = self.lines
+        shown = self.separator.join(self.names)
+        return (
+            f"line {first} ({shown[:40]!r}) is no row of names, which line {second} seems to be: a"
+            " title above the names? begin its line with #"
+        )
+
+    def uneven(self, names: int) -> str:
+        """What is said where there are so many names, and another number of units."""
+        first, second = self.lines
+        return (
+            f"line {first} has {names} names but line {second} has {len(self.units)} units: give"
+            " each column one"
+        )
 
 
 def decode(line: bytes) -> str:
@@ -57,8 +81,8 @@ def read_header(file: BinaryIO, where: str) -> Header:
     meta: dict[str, str] = {}
     names: list[str] = []
     units: list[str] = []
-    separator, rows, fields = "", 0, list[str]()
-    while True:
+    separator, rows, fields, lines = "", 0, list[str](), [0, 0]
+    for number in count(1):
         start = file.tell()
         line = file.readline(LONGEST_LINE)
         text = decode(line).strip("\r\n\0 ")
@@ -77,13 +101,14 @@ def read_header(file: BinaryIO, where: str) -> Header:
                 break
             rows += 1
             if not names:
-                names = fields
+                names, lines = fields, [number, number + 1]
             elif not units or any(f.lower().startswith("unit:") for f in fields):
-                units = [_after(f, "unit:") for f in fields]
+                units, lines[1] = [_after(f, "unit:") for f in fields], number
     if not names:
         what = "no row of names" if file.tell() else "an empty file"
         raise LogError(f"{where}: {what}: its first row wants time,theta[1], ...")
-    return _timetable(Header(names, units, meta, separator or ",", start), fields, where)
+    header = Header(names, units, meta, separator or ",", start, lines=(lines[0], lines[1]))
+    return _timetable(header, fields, where)
 
 
 def _timetable(header: Header, first: list[str], where: str) -> Header:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from flexhex.diagnosis.logs.held import fresh
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.rates import judged_rates
 from flexhex.diagnosis.logs.raw import Raw, Table, no_log, texts, without_absurd
+from flexhex.diagnosis.logs.renamed import Names, complete, unmatched
 from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.stated import chosen_units
 from flexhex.diagnosis.logs.units import (
@@ -47,6 +49,7 @@ READERS = {
 def read_log(path: str | Path, options: Options | None = None) -> Log:
     """Read one run; LogError tells file, channel and remedy for whatever is wrong."""
     path, options = Path(path), options or Options()
+    names = Names(options.rename)
     if not path.is_file():
         missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
         raise LogError(unreadable(path, missing))
@@ -55,13 +58,13 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
     module, function = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)
     try:
-        raw: Raw = reader(path, options)
+        raw: Raw = reader(path, replace(options, rename=names))
     except OSError as error:
         raise LogError(unreadable(path, error)) from None
-    return _log_of(str(path), raw, options)
+    return _log_of(str(path), raw, options, names)
 
 
-def _log_of(name: str, raw: Raw, options: Options) -> Log:
+def _log_of(name: str, raw: Raw, options: Options, names: Names) -> Log:
     """A log of what was read; channels are taken from the tables one by one to save memory."""
     findings, meta = list(raw.findings), texts(name, raw.meta)
     channels: dict[str, Channel] = {}
@@ -104,7 +107,8 @@ def _log_of(name: str, raw: Raw, options: Options) -> Log:
             del table.values[channel]
     if requests:
         raise LogError(f"{name}: {'; '.join(requests)}")
-    _complete(name, channels, [f.text for f in findings if f.kind == "extra"])
+    complete(name, channels, [f.text for f in findings if f.kind == "extra"], names)
+    findings += unmatched(name, names)
     if options.torque_constant is not None and not any(
         "torque constant" in str(f) for f in findings
     ):
@@ -199,20 +203,3 @@ def _converted(name: str, units: tuple[str, ...], scale: Array, kinds: Kinds) ->
         return f"{name} converted from {units[0]} to {listed[0]}"
     changed = [k for k in range(len(units)) if scale[k] != 1.0]
     return ", ".join(f"{name}[{k + 1}] converted from {units[k]} to {listed[k]}" for k in changed)
-
-
-def _complete(name: str, channels: dict[str, Channel], unused: list[str]) -> None:
-    """LogError without angles or torques; unused: texts on the columns that are no channel."""
-    has = "; ".join([f"it has {', '.join(channels) or 'none that is known'}", *unused])
-    for needed in NEEDED:
-        if needed not in channels:
-            remedy = (
-                f"rename a column in the file or with --rename 'COLUMN={needed}[1]', or all that"
-                f" are numbered with --rename NAME={needed}"
-            )
-            if needed == "tau_meas" and "tau" in channels:
-                remedy = "--rename 'tau=tau_meas' takes the commanded torques in their place"
-            raise LogError(f"{name}: no channels {needed}[1], {needed}[2] ... ({has}): {remedy}")
-    n, m = channels["theta"].width, channels["tau_meas"].width
-    if n != m:
-        raise LogError(f"{name}: {n} angles but {m} torques")

@@ -223,7 +223,7 @@ def test_missing_channels_are_named(tmp_path: Path) -> None:
                 values[:, keep],
             )
         )
-    with pytest.raises(LogError, match="3 angles but 2 torques"):
+    with pytest.raises(LogError, match=r"3 angles but 2 torques: axis 3 has no torque"):
         read_log(write_csv(tmp_path / "a.csv", names[:6], units[:6], values[:, :6]))
 
 
