@@ -46,7 +46,8 @@ class Isolability:
     """Effects by id and the axis they were tried on (from 1, empty: the whole machine).
 
     share (k, k): how much of one effect the other can take over, 1 = cannot be told apart, on the
-    diagonal 1; smallest (k,) [unit]: torque RMS from which on an effect is found, NaN: never.
+    diagonal 1; smallest (k,) [unit]: torque RMS from which on an effect is found, NaN: never;
+    axis: the one that the effects were tried on, of n (from 1).
     """
 
     effects: tuple[str, ...]
@@ -54,6 +55,8 @@ class Isolability:
     share: Array
     smallest: Array
     unit: str = "N m"
+    axis: int = 1
+    n: int = 1
 
     def rivals(self, k: int, alike: float = ALIKE) -> list[int]:
         """Effects that cannot be told from effect k, the most alike first."""
@@ -110,7 +113,7 @@ def isolability(
     progress("done", 3, 3)
     places = tuple((axis + 1,) if name in bench.effects else () for name in names)
     unit = bench.scales.kinds[axis].unit("N m")
-    return Isolability(tuple(names), places, share, smallest, unit)
+    return Isolability(tuple(names), places, share, smallest, unit, axis + 1, base.n)
 
 
 def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:

@@ -48,7 +48,7 @@ def label(isolability: Isolability, k: int) -> str:
 
 
 def verdict(isolability: Isolability) -> str:
-    """How many effects stand alone."""
+    """How many effects stand alone; and on which axis, where there are several."""
     count = len(isolability.effects)
     alone = [
         k
@@ -59,7 +59,12 @@ def verdict(isolability: Isolability) -> str:
     text = f"{len(alone)} of {count} effects could be identified alone"
     if len(alone) + unseen < count:
         text += f", {count - len(alone) - unseen} only together with indistinguishable ones"
-    return text + (f", {unseen} would not be detected." if unseen else ".")
+    text += f", {unseen} would not be detected." if unseen else "."
+    if isolability.n == 1:
+        return text
+    return (
+        f"{text} Shown for axis {isolability.axis}, which moves most of the {isolability.n} axes."
+    )
 
 
 def print_isolability(isolability: Isolability, page: Path) -> None:

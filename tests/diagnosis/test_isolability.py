@@ -57,6 +57,7 @@ def test_every_effect_is_wholly_explained_by_itself(one: Isolability) -> None:
 def test_one_axis_alone_has_no_coupling(one: Isolability, tmp_path: Path) -> None:
     assert "cross_coupling" not in one.effects
     both = isolability_of(tmp_path, 0.1 * motion((1, 3)))
+    assert (one.n, both.n, both.axis) == (1, 2, both.axes[0][0])
     at = place(both, "cross_coupling")
     assert np.isfinite(both.smallest[at])
     assert both.axes[at] == (int(np.argmax(np.std(motion((1, 3)), axis=0))) + 1,)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from flexhex.diagnose.isolability import verdict
 from flexhex.diagnosis.planning.isolability import Isolability
 
 
@@ -41,6 +43,12 @@ def test_isolability_is_shown_and_written(
     data = json.loads(call("a.csv", "--isolability", "--json").stdout)
     assert data["share"] == matrix().share.tolist()
     assert data["smallest"]["values"] == [0.002, 0.0031, None]
+
+
+@pytest.mark.parametrize(("n", "shown"), [(1, False), (3, True)])
+def test_axis_that_is_shown_is_said_where_there_are_others(n: int, shown: bool) -> None:
+    said = verdict(replace(matrix(), axis=3, n=n))
+    assert said.endswith("Shown for axis 3, which moves most of the 3 axes.") is shown
 
 
 def test_effects_are_alike_when_either_takes_over_the_other() -> None:
