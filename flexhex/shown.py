@@ -31,9 +31,11 @@ class Identified(Shown, records.Identified):
 
     def parts(self) -> Iterable[Part]:
         """What `flexhex identify` prints."""
-        from flexhex.identify.other import identified_parts
+        from flexhex.identify.other import Elsewhere, identified_parts
 
-        return identified_parts(self, rest=" (all are in .parameters)")
+        rest = Elsewhere("all are in .parameters", "their .name is whole")
+
+        return identified_parts(self, rest=rest)
 
 
 class Excitation(Shown, excitation.Excitation):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from flexhex.diagnose.numbers import number
 from flexhex.diagnose.titles import capital, effort, readable
@@ -35,6 +36,17 @@ NARROWER = (
     Column("then", "then", "", ".2g"),
     Column("unit", "unit"),
 )
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """Where the parameters are that a view leaves out, and the sums that it cuts."""
+
+    hidden: str = "--all shows them"
+    sums: str = "--all writes them out"
+
+
+TERMINAL = Elsewhere()
 
 
 def identified_json(
@@ -73,9 +85,9 @@ def print_identified(identified: Identified, every: bool = False) -> None:
 
 
 def identified_parts(
-    identified: Identified, every: bool = False, rest: str = " (--all shows them)"
+    identified: Identified, every: bool = False, rest: Elsewhere = TERMINAL
 ) -> list[Part]:
-    """The same, part by part; rest: where the parameters are that it leaves out."""
+    """The same, part by part; rest: where that is which it leaves out."""
     parts: list[Part] = []
     if identified.doubt:
         parts.append(Sentence(f"{capital(readable(identified.doubt))}\n"))
@@ -84,13 +96,15 @@ def identified_parts(
     sums = [one for one in identified.combinations if one.name not in single]
     if sums:
         parts += _parameters("Base parameters: sums that act as one", sums, every)
+        if not every and any(one.determined and short(one.terms) != one.name for one in sums):
+            parts.append(Sentence(f"Long sums are cut ({rest.sums})."))
     hidden = [one for one in identified.parameters if not one.determined]
     if hidden and not every:
         near = " and stay near the file's values" if has_file(identified) else ""
         parts.append(
             Sentence(
                 f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by"
-                f" these motions by themselves{near}{rest}."
+                f" these motions by themselves{near} ({rest.hidden})."
             )
         )
     if identified.silent:

@@ -12,20 +12,21 @@ from flexhex.diagnose.page import digest
 from flexhex.diagnose.plots import strip_figures
 from flexhex.diagnose.titles import effort
 from flexhex.diagnosis.estimation.records import Identified
-from flexhex.identify.other import has_file, identified_parts
+from flexhex.identify.other import Elsewhere, has_file, identified_parts
 from flexhex.identify.simulated import simulation_section
 from flexhex.output.page import PageSection, write_page
 from flexhex.output.parts import Sentence, Titled
 from flexhex.output.tables import texts
 
 Array = NDArray[np.float64]
+IN_FILE = Elsewhere("identified.json has them", "identified.json has them whole")
 
 
 def write_identified_page(
     path: Path, identified: Identified, command: str, files: Sequence[Path]
 ) -> Path:
     """The page; files: the runs and held-out runs, listed with their hashes."""
-    parts = identified_parts(identified, rest=" (identified.json has them)")
+    parts = identified_parts(identified, rest=IN_FILE)
     tables = [
         PageSection(part.title, "", *texts(part.columns, part.rows))
         for part in parts

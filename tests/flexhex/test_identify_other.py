@@ -195,6 +195,21 @@ def test_out_has_the_file_that_its_base_model_is_written_as(
     assert (tmp_path / "out").is_dir()
 
 
+def test_sum_that_is_cut_says_where_it_is_whole(
+    runs: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    identified = identify([Path(runs[0])], options=Options(BASE))
+    cut = "are cut (--all writes them out)"
+    print_identified(identified)
+    assert cut not in capsys.readouterr().out
+    monkeypatch.setattr("flexhex.identify.other.WIDE", 20)
+    print_identified(identified)
+    shown = capsys.readouterr().out
+    assert cut in " ".join(shown.split())
+    print_identified(identified, every=True)
+    assert "are cut" not in capsys.readouterr().out
+
+
 def test_doubt_stands_first_and_notes_have_titles(
     runs: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
