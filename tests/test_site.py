@@ -51,6 +51,13 @@ def anchors(text: str) -> set[str]:
     return {title.replace(" ", "-") for title in plain}
 
 
+def test_guides_install_from_the_folder_as_no_index_has_the_package() -> None:
+    guides = [*DOCS.glob("*.md"), *DOCS.glob("*.ipynb"), *(ROOT / "examples").rglob("*.md")]
+    guides += [ROOT / "README.md", ROOT / "examples" / "robot" / "robot.ipynb"]
+    wrong = re.compile(r"pip install '?flexhex")
+    assert not [path for path in guides if wrong.search(path.read_text(encoding="utf-8"))]
+
+
 def test_every_page_stands_in_one_list() -> None:
     listed = entries("index")
     assert len(listed) == len(set(listed))

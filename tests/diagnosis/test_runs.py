@@ -87,6 +87,9 @@ def test_without_numbers_runs_follow_as_they_were_named() -> None:
 def test_log_of_another_number_of_axes_is_refused_before_the_model_is_compiled() -> None:
     with pytest.raises(LogError, match="x: theta has 1 axis, the model has 6: add --base"):
         base_of("hexapod", MACHINE_FILE, log("x"))
+    # of any other base model --base was given
+    with pytest.raises(LogError, match="has 1 axis, the model has 2: is it of the machine that"):
+        log("x").refuse_width(2)
 
 
 def test_same_finding_in_many_logs_is_one_line_with_the_range_of_its_figures(

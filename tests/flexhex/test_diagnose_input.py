@@ -211,13 +211,6 @@ def test_trajectories_of_other_axes_are_refused(isolability: bool, user: User) -
     assert (done.code, "2 axes, the model has 1" in done.err) == (3, True)
 
 
-def test_base_that_was_given_is_not_asked_for(user: User) -> None:
-    two = plain_csv(user.folder / "two.csv", motion(4.0))
-    done = user.call(two, user.good[0])
-    assert (done.code, "add --base" in done.err) == (3, False)
-    assert "has 1 axis, the model has 2: is it of the machine that is modelled?" in done.err
-
-
 def test_run_in_another_unit_is_doubted(user: User) -> None:
     rows = [[r[0], r[1], str(1e3 * float(r[2]))] for r in user.rows()]
     done = user.call(user.file("a.csv", rows), user.good[1])
