@@ -15,7 +15,7 @@ from flexhex.diagnosis.jointfit.guard import moved, without_bent_delay, without_
 from flexhex.diagnosis.jointfit.lagging import with_lag
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.found import Found, found
 from flexhex.diagnosis.selection.side import Side

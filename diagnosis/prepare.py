@@ -21,7 +21,7 @@ from flexhex.diagnosis.kinds import Kinds, axes_named, kinds_of, refuse_others, 
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.level import freely
 from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Residual
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.runs.runs import refuse_nothing, refuse_slow, runs_of, starts_of
 from flexhex.diagnosis.runs.span import refuse_short
 from flexhex.fmus.common.effects.own import OwnEffect

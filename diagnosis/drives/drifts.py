@@ -18,8 +18,10 @@ from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.naming import named_of
-from flexhex.diagnosis.runs.blocks import JUDGED, LEAST, Block, Run, blocks
+from flexhex.diagnosis.runs.blocks import LEAST, Block, blocks
 from flexhex.diagnosis.runs.noise import measured
+from flexhex.diagnosis.runs.run import Run
+from flexhex.diagnosis.runs.span import JUDGED
 from flexhex.diagnosis.selection.bars import Bars, beyond_chance, repeated, shown
 from flexhex.diagnosis.selection.choose import (
     Accepted,

@@ -14,7 +14,8 @@ from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.runs.blocks import Run, blocks
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.selection.found import found
 from flexhex.diagnosis.selection.side import Side
 from flexhex.fmus.common.effects import library

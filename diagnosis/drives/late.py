@@ -22,7 +22,8 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.verdict import NORMAL
-from flexhex.diagnosis.runs.blocks import Block, Run, blocks
+from flexhex.diagnosis.runs.blocks import Block, blocks
+from flexhex.diagnosis.runs.run import Run
 
 Array = NDArray[np.float64]
 LAG, DELAY = "drive_lag", "time_delay"

@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.basemodels.base import Geometry, Known, Motion
 from flexhex.diagnosis.kinds import Kinds, units_of
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from flexhex.fmus.common.machine.effect_use import EffectUse
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.basemodels.base import Base
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,9 @@ from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
-from flexhex.diagnosis.runs.blocks import JUDGED, LATEST, Run, blocks
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.run import Run
+from flexhex.diagnosis.runs.span import JUDGED, LATEST
 
 Array = NDArray[np.float64]
 ROUNDS, FORMED, LATER = 6, 2, 0.02

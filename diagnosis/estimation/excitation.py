@@ -26,7 +26,7 @@ from flexhex.diagnosis.planning.experiment import Limits, make
 from flexhex.diagnosis.planning.trajectory import Trajectory
 from flexhex.diagnosis.regression.gram import safe_inverse
 from flexhex.diagnosis.result.estimates import Parameter
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.fmus.common.effects import Experiment
 
 Array = NDArray[np.float64]

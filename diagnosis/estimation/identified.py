@@ -26,9 +26,9 @@ from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.prepare import Given, Options, misfit, run_set_of
 from flexhex.diagnosis.result.verdict import LARGE
-from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.nominal import SURE
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
+from flexhex.diagnosis.runs.run import Run
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
 from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.result.estimates import Parameter
 from flexhex.diagnosis.result.verdict import Diagnosis
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.fmus.common.effects import Effect
 
 

@@ -19,7 +19,7 @@ from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.result.verdict import LARGE, NORMAL
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 
 Array = NDArray[np.float64]
 MASSIVE = ("kg", "kg m2")

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.hypotheses.compiled import ACCELERATION, N_SIGNAL, Compiled
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.noise import alike, rings
 from flexhex.diagnosis.runs.rests import SLOW
+from flexhex.diagnosis.runs.run import Run
 from flexhex.numeric.rows import alike as each
 
 Array = NDArray[np.float64]

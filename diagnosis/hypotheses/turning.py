@@ -10,7 +10,7 @@ from scipy.ndimage import convolve1d
 
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.hypotheses.compiled import ACCELERATION, N_SIGNAL, RATE, Compiled
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.fmus.filter.equations import hann
 from flexhex.numeric.rows import alike
 

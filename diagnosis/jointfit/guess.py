@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.jointfit.rubbed import friction
-from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
+from flexhex.diagnosis.runs.blocks import Block, torque_at
+from flexhex.diagnosis.runs.span import LATEST
 
 Array = NDArray[np.float64]
 COARSE, FIRM = 4, 1e-9

@@ -21,7 +21,9 @@ from flexhex.diagnosis.regression.window import (
     unknown_inertias,
     windows,
 )
-from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.run import Run
+from flexhex.diagnosis.runs.span import spacing_for
 
 Array = NDArray[np.float64]
 

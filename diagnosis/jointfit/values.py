@@ -12,8 +12,9 @@ from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.fitted import Fitted
-from flexhex.diagnosis.runs.blocks import LATEST, Block
+from flexhex.diagnosis.runs.blocks import Block
 from flexhex.diagnosis.runs.noise import Noise
+from flexhex.diagnosis.runs.span import LATEST
 
 Array = NDArray[np.float64]
 

@@ -22,9 +22,10 @@ from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.gram import ABSORBED
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.regression.regression import Columns, Regression
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
+from flexhex.diagnosis.runs.blocks import blocks
 from flexhex.diagnosis.runs.differences import motion_of
 from flexhex.diagnosis.runs.noise import Noise
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.diagnosis.runs.runs import FASTEST
 from flexhex.fmus.common.errors import LogError
 

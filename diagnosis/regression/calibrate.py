@@ -21,8 +21,9 @@ from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.layout import Layout
 from flexhex.diagnosis.regression.payloads import Load, carried
 from flexhex.diagnosis.regression.regression import Regression
-from flexhex.diagnosis.runs.blocks import Block, Run, torque_rms
+from flexhex.diagnosis.runs.blocks import Block, torque_rms
 from flexhex.diagnosis.runs.noise import Noise, alike, calmed, line, rings, settled, whitening
+from flexhex.diagnosis.runs.run import Run
 
 Array = NDArray[np.float64]
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0

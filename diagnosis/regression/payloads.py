@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import POWER, Base, Known
-from flexhex.diagnosis.runs.blocks import Block, Run, announced, torque_rms
+from flexhex.diagnosis.runs.blocks import Block, torque_rms
+from flexhex.diagnosis.runs.run import Run, announced
 
 Array = NDArray[np.float64]
 GROUP, UNSEEN = "payload", "payload"

@@ -16,7 +16,7 @@ from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.window import NOISE, TWICE, Smoother, windows
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.runs.smoothing import hann_weights
 
 Array = NDArray[np.float64]

@@ -19,7 +19,8 @@ from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.reversals import encoder_step
-from flexhex.diagnosis.runs.blocks import LEAST, Run
+from flexhex.diagnosis.runs.blocks import LEAST
+from flexhex.diagnosis.runs.run import Run
 
 Array = NDArray[np.float64]
 SMALLEST_REPEATABLE = 0.002

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.result.verdict import Changed
-from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.pairing import doubtful
+from flexhex.diagnosis.runs.run import Run
 
 
 def answered(base: Base, changed: Sequence[Changed], runs: Sequence[Run]) -> bool:

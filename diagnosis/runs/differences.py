@@ -10,7 +10,7 @@ from flexhex.diagnosis import stencils
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.logs import Channel
 from flexhex.diagnosis.reversals import angle_noise
-from flexhex.diagnosis.runs.blocks import TimeSeries
+from flexhex.diagnosis.runs.run import TimeSeries
 from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.kinds import axes_named, kinds_of
 from flexhex.diagnosis.runs.arrangements import THOUSANDS, Arrangement, Seen, arrangements, zeros
-from flexhex.diagnosis.runs.blocks import Run
 from flexhex.diagnosis.runs.mirrored import mirrored
 from flexhex.diagnosis.runs.mounted import mounted
 from flexhex.diagnosis.runs.nominal import NEARLY, left_of, not_below_zero, scaled
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.runs.smoothing import hann_weights
 
 Array = NDArray[np.float64]

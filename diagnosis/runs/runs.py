@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]

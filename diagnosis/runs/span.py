@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.runs.run import Run
 from flexhex.fmus.common.errors import LogError
-
-if TYPE_CHECKING:
-    from flexhex.diagnosis.runs.blocks import Run
 
 Array = NDArray[np.float64]
 MOST = 8_000

@@ -13,8 +13,10 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.jointfit.guard import left_rms
-from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.runs.runs import of_other_motions
+from flexhex.diagnosis.runs.span import JUDGED
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.firm import grouped
 from flexhex.diagnosis.selection.select import Selection, select

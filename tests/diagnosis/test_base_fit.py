@@ -17,9 +17,10 @@ from flexhex.diagnosis.jointfit.beside import beside
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.runs.blocks import TimeSeries, torque_at, torque_rms
+from flexhex.diagnosis.runs.blocks import torque_at, torque_rms
 from flexhex.diagnosis.runs.noise import INEXACT, Noise, calmed, line, measured, unweighted
 from flexhex.diagnosis.runs.rests import moving
+from flexhex.diagnosis.runs.run import TimeSeries
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
 Array = NDArray[np.float64]

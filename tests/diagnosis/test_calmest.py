@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.jointfit.smoothed import fitted
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.diagnosis.workflow import Options, diagnose
 
 Array = NDArray[np.float64]

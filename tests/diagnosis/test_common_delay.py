@@ -15,7 +15,8 @@ from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.fitted import Fitted
-from flexhex.diagnosis.runs.blocks import blocks, spacing_for
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.span import spacing_for
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv
 from tests.diagnosis.test_payloads_arm import planar

@@ -13,7 +13,8 @@ from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.beside import beside
 from flexhex.diagnosis.jointfit.fit import calibrate, held
 from flexhex.diagnosis.prepare import Options, run_set_of
-from flexhex.diagnosis.runs.blocks import blocks, spacing_for
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.span import spacing_for
 from tests.diagnosis import two_links
 from tests.diagnosis.synthetic import plain_csv
 from tests.diagnosis.test_payloads_arm import planar

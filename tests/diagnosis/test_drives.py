@@ -18,7 +18,7 @@ from flexhex.diagnosis.drives import drives, late
 from flexhex.diagnosis.drives.path import PathBase, driven
 from flexhex.diagnosis.hypotheses.own_effect import sought
 from flexhex.diagnosis.jointfit.effects import SelectedEffect
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]

@@ -16,7 +16,8 @@ from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.leftover import axis_rms
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.diagnosis.runs.smoothing import hann_weights
 from studies.mujoco import machines
 from studies.mujoco.engines import _arm

@@ -8,9 +8,9 @@ import pytest
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.logs import Channel, Log
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
 from flexhex.diagnosis.runs.pairing import doubtful
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from tests.conftest import ROOT
 from tests.diagnosis.two_links import NOISE, TS, moved, torque
 

@@ -18,7 +18,8 @@ from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.hexapod import HexapodBase
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.jointfit.leftover import axis_rms
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries, blocks
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 from flexhex.fmus.common.model.bodies import Mechanism
@@ -51,9 +52,8 @@ def add(table: Data, name: str, more: Array) -> None:
 
 def placed(data: Data, k: int, by: float) -> None:
     """Motor and spherical joint of an arm moved alike: the lower arm stays."""
-    move = by * upper_axes(data, ARM)[:, k]
-    add(data["arms"][ARM], "x_B", move)
-    add(data["arms"][ARM], "r_EP", move)
+    for name in ("x_B", "r_EP"):
+        add(data["arms"][ARM], name, by * upper_axes(data, ARM)[:, k])
 
 
 def turned(data: Data, k: int, by: float) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flexhex.diagnosis.runs.blocks import TimeSeries
 from flexhex.diagnosis.runs.noise import measured, unweighted
+from flexhex.diagnosis.runs.run import TimeSeries
 
 KEPT, ROWS, TRIALS = 0.9, 400, 2000
 """Share of slow noise that is left a row later."""

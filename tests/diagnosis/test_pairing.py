@@ -14,8 +14,8 @@ from flexhex.diagnosis.basemodels.base import Base, Motion
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.result.verdict import MEND
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
 from tests.diagnosis.two_links import TS, moved, torque

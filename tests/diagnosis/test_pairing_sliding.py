@@ -10,8 +10,8 @@ from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import mispaired
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.init.two_links import GRAVITY, TwoLinks
 from tests.diagnosis.two_links import TS, moved, torque
 

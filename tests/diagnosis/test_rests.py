@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.result.verdict import Diagnosis
-from flexhex.diagnosis.runs.blocks import TimeSeries
 from flexhex.diagnosis.runs.noise import measured
+from flexhex.diagnosis.runs.run import TimeSeries
 from flexhex.diagnosis.workflow import Options, diagnose
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import pytest
 from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
 from flexhex.diagnosis.prepare import Options, run_set_of
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.diagnosis.runs.runs import refuse_slow, runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 from tests.conftest import MACHINE_FILE

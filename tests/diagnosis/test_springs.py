@@ -16,7 +16,8 @@ from flexhex.diagnosis.jointfit.leftover import axis_rms
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.prepare import run_set_of
 from flexhex.diagnosis.result.estimates import Estimate
-from flexhex.diagnosis.runs.blocks import blocks, spacing_for
+from flexhex.diagnosis.runs.blocks import blocks
+from flexhex.diagnosis.runs.span import spacing_for
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from tests.diagnosis import two_links

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.regression.unshown import quiet
 from flexhex.diagnosis.regression.window import LONGEST, Smoother
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 
 Array = NDArray[np.float64]
 TS, WINDOW, INERTIA = 1e-3, 0.016, 2.0

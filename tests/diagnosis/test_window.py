@@ -12,8 +12,8 @@ from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.regression.window import LONGER, LONGEST
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 
 Array = NDArray[np.float64]
 TS, INERTIA = 1e-3, 0.08

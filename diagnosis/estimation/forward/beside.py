@@ -23,7 +23,7 @@ from flexhex.diagnosis.estimation.motion import dahl_states
 from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, Compiled, compiled, signals
 from flexhex.diagnosis.hypotheses.signals import let_through
 from flexhex.diagnosis.hypotheses.turning import followed, halved, states_of
-from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.run import Run
 from flexhex.numeric.rows import RowFunction, alike, native
 
 Array = NDArray[np.float64]

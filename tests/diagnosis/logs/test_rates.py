@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Log, group_runs, read_log
-from flexhex.diagnosis.runs.blocks import TimeSeries
 from flexhex.diagnosis.runs.differences import motion_of
+from flexhex.diagnosis.runs.run import TimeSeries
 from flexhex.diagnosis.runs.runs import runs_of
 from tests.compare import assert_close
 

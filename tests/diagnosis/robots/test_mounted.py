@@ -11,8 +11,8 @@ from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.basemodels.robot_file import read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
-from flexhex.diagnosis.runs.blocks import Run, TimeSeries
 from flexhex.diagnosis.runs.pairing import mispaired
+from flexhex.diagnosis.runs.run import Run, TimeSeries
 from tests.diagnosis.robots.simulated import FILE, SECONDS, machine, wanted
 
 pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
