@@ -62,7 +62,7 @@ def side_by_side(e: Estimate) -> tuple[str, str]:
         return number(e.value, 4), f"{number(ends[0])} to {number(ends[1])}"
     value = settled(e)
     ten = math.floor(math.log10(max(map(abs, (value, *ends)))))
-    ten = 0 if -3 <= ten < 5 else ten
+    ten = 0 if -4 <= ten < 5 else ten
     digits = max(1 - math.floor(math.log10(width)) + ten, 0)
     own, low, high = (f"{round(v / 10**ten, digits) + 0.0:.{digits}f}" for v in (value, *ends))
     power = f"e{ten}" if ten else ""
