@@ -118,7 +118,7 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     settled, drifts = steadily(settled, known, judged, lambda text: progress(text, 3, 4))
     model, sides[0] = settled.fit.bench.model, settled
     sides += drifts
-    late = delayed(settled.fit, CRITERIA.deviations)
+    late = delayed(settled.fit, CRITERIA.deviations, not settled.remains)
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), settled)
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))

@@ -191,10 +191,10 @@ def clear(fit: Joint, deviations: float) -> bool:
     return abs(late) >= max(sample, deviations * deviation)
 
 
-def delayed(fit: Joint, deviations: float) -> str:
+def delayed(fit: Joint, deviations: float, whole: bool) -> str:
     """What is said of the torques' common delay beside all that was found, or nothing: alone, the
     base model takes friction and cogging for a part of one. deviations: standard errors that it
-    must stand above zero."""
+    must stand above zero; whole: nothing is left that may look like one."""
     model = fit.bench.model
     if clear(fit, deviations):
         # its tangent stood at the delay of the first fit
@@ -205,9 +205,10 @@ def delayed(fit: Joint, deviations: float) -> str:
     where = " on all axes" if model.base.n > 1 else ""
     alone = "" if model.base.n > 1 else "; a single axis does not show whether its drive is late"
     verb = "lags" if late > 0 else "leads"
+    or_else = "" if whole else ", or what is left without a name looks like that"
     return (
-        f"the torque channel {verb} the angles by {1e3 * abs(late):.2g} ms{where}; treated as"
-        f" logger delay and compensated{alone}"
+        f"the torque channel {verb} the angles by {1e3 * abs(late):.2g} ms{where}{or_else}; treated"
+        f" as logger delay and compensated{alone}"
     )
 
 

@@ -37,7 +37,7 @@ def reshaped(
     shapes; known: effects and their terms, by any number. Not one whose shape would be beyond a
     bound where this is another effect."""
     listed = [(k, hypotheses.searched(_effect(score))) for k, (score, _) in known.items()]
-    searched = [(k, shape) for k, own in listed for shape in own]
+    searched = [(k, shape) for k, own in listed for shape in own if shape.low < shape.high]
     if not searched:
         return {}
     tangents = [_tangent(moments, hypotheses, *known[k], shape) for k, shape in searched]

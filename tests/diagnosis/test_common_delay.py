@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.jointfit import fit
+from flexhex.diagnosis.jointfit import fit, guard
 from flexhex.diagnosis.jointfit.fit import calibrate
 from flexhex.diagnosis.prepare import Options, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -86,3 +86,18 @@ def test_delay_beyond_its_tolerance_explains_much(
     values = fit.calibrate(base, ()).fitted
     assert values.delay == (delay if kept else 0.0)
     assert values.late == 1.0
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_what_is_left_without_a_name_may_look_like_a_delay(
+    whole: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of one trajectory friction has no name, and is in no fit."""
+    own: Any = SimpleNamespace(bench=SimpleNamespace(model=None, effects={}))
+    own.bench.model = SimpleNamespace(base=SimpleNamespace(n=3))
+    for name, value in {"clear": True, "beside": None, "Bench": None, "again": own}.items():
+        monkeypatch.setattr(guard, name, lambda *_, value=value: value)
+    monkeypatch.setattr(guard, "delay_of", lambda _: (0.052, 0.001))
+    text = guard.delayed(own, 4.0, whole)
+    assert text.startswith("the torque channel lags the angles by 52 ms on all axes")
+    assert ("without a name looks like that" in text) != whole
