@@ -101,7 +101,7 @@ def figure(
         "title": {"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
         "xaxis": {"title": {"text": x}, "zeroline": False},
         "yaxis": {"title": {"text": y}, "zeroline": False} | APART,
-        "margin": {"l": 70, "r": 215, "t": 45, "b": 50},
+        "margin": {"l": 85, "r": 215, "t": 45, "b": 50},
         "height": 360,
         "hovermode": "x unified" if together else "closest",
         "font": {"family": "system-ui, sans-serif", "size": 13},
