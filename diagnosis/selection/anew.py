@@ -48,10 +48,11 @@ def reshape(search: Search, felt: Collection[Axis]) -> None:
         if terms and search.accepted[k].score.hypothesis.axis in felt
     }
     for k, effect in reshaped(search.moments, search.hypotheses, known, search.criteria).items():
+        before = search.moments
         one, terms = search.accepted.pop(k), search.terms.pop(k)
-        search.moments = search.moments.without(*terms)
+        search.moments = before.without(*terms)
         own = [score.hypothesis.id for score, _ in search.own(effect.axis)]
-        # chosen in the model in which its shape was chosen at first
+        # a shape is chosen beside what it may look like, when it is found and when it moves
         beside = beside_lookalike(search.moments, search.hypotheses, effect, own)
         both = search.hypotheses.shaped(effect, one.score.effect[2], *effect.shapes)
         now, then = tried(beside, both, [None])[None].evidence
@@ -61,7 +62,9 @@ def reshape(search: Search, felt: Collection[Axis]) -> None:
             if search.determined(moved):
                 search.accept(replace(one, score=moved), k)
                 continue
-        search.accept(one, k, *terms)
+        search.accepted.insert(k, one)
+        search.terms.insert(k, terms)
+        search.moments = before
 
 
 def review(search: Search) -> None:

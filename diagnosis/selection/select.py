@@ -70,10 +70,11 @@ class Selection:
         axis = accepted.score.hypothesis.axis
         if axis is None:
             return False
-        # the search may know it by another name
+        # the search may know it by another name; what came in its place later it does not know
         own = [each for each in self.effects if each.score.hypothesis.axis == axis]
-        place = next(k for k, each in enumerate(own) if each is accepted)
-        return not surely_beside(self.search, axis, place, self.imitated[axis].beside)
+        place = next((k for k, each in enumerate(own) if each is accepted), None)
+        beside = self.imitated[axis].beside
+        return place is None or not surely_beside(self.search, axis, place, beside)
 
     @property
     def effects(self) -> list[Accepted]:
