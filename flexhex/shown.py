@@ -31,9 +31,9 @@ class Identified(Shown, records.Identified):
 
     def parts(self) -> Iterable[Part]:
         """What `flexhex identify` prints."""
-        from flexhex.identify.other import Elsewhere, identified_parts
+        from flexhex.identify.other import Pointers, identified_parts
 
-        rest = Elsewhere("all are in .parameters", "their .name is whole")
+        rest = Pointers("all are in .parameters", "their .name is whole")
 
         return identified_parts(self, rest=rest)
 

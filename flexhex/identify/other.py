@@ -39,14 +39,14 @@ NARROWER = (
 
 
 @dataclass(frozen=True)
-class Elsewhere:
+class Pointers:
     """Where the parameters are that a view leaves out, and the sums that it cuts."""
 
     hidden: str = "--all shows them"
     sums: str = "--all writes them out"
 
 
-TERMINAL = Elsewhere()
+TERMINAL = Pointers()
 
 
 def identified_json(
@@ -85,7 +85,7 @@ def print_identified(identified: Identified, every: bool = False) -> None:
 
 
 def identified_parts(
-    identified: Identified, every: bool = False, rest: Elsewhere = TERMINAL
+    identified: Identified, every: bool = False, rest: Pointers = TERMINAL
 ) -> list[Part]:
     """The same, part by part; rest: where that is which it leaves out."""
     parts: list[Part] = []

@@ -12,14 +12,14 @@ from flexhex.diagnose.page import digest
 from flexhex.diagnose.plots import strip_figures
 from flexhex.diagnose.titles import effort
 from flexhex.diagnosis.estimation.records import Identified
-from flexhex.identify.other import Elsewhere, has_file, identified_parts
+from flexhex.identify.other import Pointers, has_file, identified_parts
 from flexhex.identify.simulated import simulation_section
 from flexhex.output.page import PageSection, write_page
 from flexhex.output.parts import Sentence, Titled
 from flexhex.output.tables import texts
 
 Array = NDArray[np.float64]
-IN_FILE = Elsewhere("identified.json has them", "identified.json has them whole")
+IN_FILE = Pointers("identified.json has them", "identified.json has them whole")
 
 
 def write_identified_page(
