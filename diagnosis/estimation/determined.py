@@ -23,7 +23,7 @@ NARROWER, WIDER = 0.5, 10.0
 was known of it, and would be with tolerances so much wider: else the file's other values do it;"""
 SMALL = 0.05
 """or, where nothing was known, if its standard deviation makes less than this share of an axis'
-torque."""
+torque, or it is `SURE` of them away from zero."""
 UNSEEN = 1e-4
 """Share of a combination that lies where neither runs nor file say anything: it has no value."""
 
@@ -69,7 +69,8 @@ class Seen:
         else:
             fitted = [p for p in places if estimated.model.scale[p] > 0] or places
             size = float((self.share[fitted] / np.abs(c[fitted])).min())
-            determined = max(deviation, alone) * size < SMALL
+            unsure = max(deviation, alone)
+            determined = unsure * size < SMALL or abs(value) > SURE * unsure
         against = abs(float(c @ (estimated.free - estimated.values)))
         determined &= against <= SURE * deviation
         low, high = value - NORMAL * deviation, value + NORMAL * deviation

@@ -23,6 +23,6 @@ def negative_values(estimated: Estimated) -> tuple[list[str], set[str]]:
         ]
         text = below_zero(i, kind, own, rates_of(estimated.model.blocks, i), SURE)
         if text:
-            findings.append(text)
+            findings.append(f"{text}. The parameters are the nearest that a machine can have")
             names.update(one.name for one in own if one.value < -SURE * one.deviation)
     return findings, names

@@ -48,6 +48,11 @@ class Parameter:
         return summed(self.terms)
 
     @property
+    def exact(self) -> bool:
+        """Whether its value is the file's, which allows no other."""
+        return self.tolerance == 0
+
+    @property
     def shift(self) -> float:
         """Difference from the file in tolerances; NaN where there is none."""
         known = 0 < self.tolerance < math.inf

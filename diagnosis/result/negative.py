@@ -57,8 +57,8 @@ def below_zero(axis: int, kind: Kind, own: Sequence[Asked], rates: Array, sure: 
         )
     elif below == ["F_c"]:
         why = (
-            f"the {kind.effort} is late against the {kind.position}, or friction grows faster than"
-            " the rate, as drag does"
+            f"friction grows faster than the rate, as drag does, or the {kind.effort} lags by"
+            " another time than the delay that is fitted"
         )
     else:
         why = (

@@ -17,7 +17,7 @@ def number(value: float, digits: int = 3) -> str:
     if value == 0:
         return "0"
     place = digits - 1 - math.floor(math.log10(abs(value)))
-    if not -4 <= place - digits < 5:
+    if not -4 <= place - digits < 4:
         return f"{value:.{digits - 1}e}"
     return f"{value:.{max(place, 0)}f}"
 
@@ -47,10 +47,23 @@ def measured(e: Estimate) -> str:
         value = round(e.value / 10**ten, digits) + 0.0
         return f"({value:.{digits}f} ± {half / 10**ten:.{digits}f})e{ten}{unit}"
     if place < -3 or lopsided:
-        text = number(e.value)
-        return f"{text}{unit} ({number(low)} to {number(high)}{unit})"
+        value, start, end = _alike(e.value, low, high)
+        return f"{value}{unit} ({start} to {end}{unit})"
     digits = max(place, 0)
     return f"{e.value:.{digits}f} ± {half:.{digits}f}{unit}"
+
+
+def _alike(*values: float) -> list[str]:
+    """Numbers with the power of ten of the largest, if it needs one: `0.23e-5`, `0`, `1.10e-5`.
+    One that is too small beside it has its own."""
+    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
+    _, e, power = number(largest).partition("e")
+    size = 10 ** int(power or 0)
+    own = [number(v / size) for v in values]
+    return [
+        number(v) if "e" in digits else digits + (f"e{int(power)}" if e and v else "")
+        for v, digits in zip(values, own, strict=True)
+    ]
 
 
 def side_by_side(e: Estimate) -> tuple[str, str]:

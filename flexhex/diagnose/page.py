@@ -47,7 +47,7 @@ def write_diagnosis(
     """The page; files: the runs and held-out runs, listed with their hashes."""
     parts = [
         *_strips(diagnosis),
-        PageSection("Verdict", _verdict(diagnosis), answer=True),
+        PageSection(f"Verdict: {diagnosis.verdict}", _verdict(diagnosis), answer=True),
         *_effects(diagnosis),
         *_residual(diagnosis),
         *_tracking(diagnosis.shown),

@@ -45,7 +45,9 @@ def print_diagnosis(
 
 def diagnosis_parts(diagnosis: Diagnosis) -> list[Part]:
     """Verdict, effects, rivals, parameters, residual and notes, part by part."""
-    parts: list[Part] = [Sentence(verdict(diagnosis), STYLES.get(diagnosis.verdict, "bold"))]
+    style = STYLES.get(diagnosis.verdict, "bold")
+    headline = f"Verdict: {diagnosis.verdict}. {verdict(diagnosis)}"
+    parts: list[Part] = [Sentence(headline, style)]
     if diagnosis.effects:
         parts.append(titled("Effects that the model lacks", EFFECTS, effect_rows(diagnosis)))
     parts += map(Sentence, (*undetermined(diagnosis), *rivalry(diagnosis)))

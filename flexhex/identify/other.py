@@ -11,6 +11,7 @@ from flexhex.diagnose.numbers import number
 from flexhex.diagnose.titles import capital, effort, readable
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified
+from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.result.estimates import Parameter, summed
 from flexhex.identify.simulated import simulation_parts
 from flexhex.identify.view import with_deviation
@@ -72,10 +73,18 @@ def excitation_parts(more: Excitation) -> list[Part]:
         wide = max(high - one.estimate.value, (high - low) / 2)
         rows.append({"name": short(one.terms), "now": wide, "then": share * wide,
                      "unit": printed(one.estimate.unit)})  # fmt: skip
-    within = "It stays within the positions, rates and accelerations of the logs."
+    motion = more.motion
+    n, (length, ts) = motion.r.shape[1], (motion.time[-1], motion.ts)
+    units = list(dict.fromkeys(units_of(motion, n, "rad")))
     return [
         Titled("One more run, along the motion written", NARROWER, rows),
-        Sentence(f"{within} Collisions are not checked."),
+        Sentence(
+            f"The motion is a reference for each axis, r[1] to r[{n}] in {' and '.join(units)},"
+            f" every {1e3 * ts:.4g} ms for {length:.3g} s. It begins and ends at rest, and stays"
+            " within the positions, rates and accelerations of the logs. Collisions are not"
+            f" checked. Run it {motion.meta['passes']} times, and give the new logs with the old"
+            " ones."
+        ),
     ]
 
 
@@ -92,13 +101,21 @@ def identified_parts(
     if identified.doubt:
         parts.append(Sentence(f"{capital(readable(identified.doubt))}\n"))
     parts += _parameters("Parameters", identified.parameters, every)
-    single = {one.name for one in identified.parameters}
-    sums = [one for one in identified.combinations if one.name not in single]
+    exact = {one.name for one in identified.parameters if one.exact}
+    sums = [one for one in identified.combinations if len({n for n, _ in one.terms} - exact) > 1]
     if sums:
         parts += _parameters("Base parameters: sums that act as one", sums, every)
         if not every and any(one.determined and short(one.terms) != one.name for one in sums):
             parts.append(Sentence(f"Long sums are cut ({rest.sums})."))
-    hidden = [one for one in identified.parameters if not one.determined]
+    if exact:
+        stay = "stay" if len(exact) > 1 else "stays"
+        parts.append(
+            Sentence(
+                f"{len(exact)} of {len(identified.parameters)} parameters {stay} at the file's"
+                " values, which are exact (a tolerance of 0)."
+            )
+        )
+    hidden = [one for one in identified.parameters if not one.determined and not one.exact]
     if hidden and not every:
         near = " and stay near the file's values" if has_file(identified) else ""
         parts.append(
@@ -107,8 +124,8 @@ def identified_parts(
                 f" these motions by themselves{near} ({rest.hidden})."
             )
         )
-    if identified.silent:
-        parts.append(Sentence(f"No torque depends on {_listed(identified.silent)}."))
+    if silent := [name for name in identified.silent if name not in exact]:
+        parts.append(Sentence(f"No torque depends on {_listed(silent)}."))
     low, high = identified.delay.ci95
     if not low <= 0 <= high:
         parts.append(Sentence(late(identified.delay.value)))
@@ -135,7 +152,7 @@ def _parameters(title: str, listed: Sequence[Parameter], every: bool) -> list[Pa
             c for c in COLUMNS if c.key not in FROM_FILE or any(r[c.key] != "" for r in rows)
         ]
         parts.append(Titled(title, columns, rows))
-    if any(not one.determined for one in shown):
+    if any(_starred(one) for one in shown):
         parts.append(Sentence("* not determined by these motions by itself"))
     return parts
 
@@ -146,13 +163,18 @@ def _row(one: Parameter, every: bool) -> Mapping[str, Value]:
     value = with_deviation(one.estimate.value, open_end)
     unknown = math.isinf(one.tolerance) and one.file == 0
     return {
-        "name": (one.name if every else short(one.terms)) + ("" if one.determined else " *"),
+        "name": (one.name if every else short(one.terms)) + " *" * _starred(one),
         "value": value if math.isfinite(open_end) else "any",
         "unit": printed(one.estimate.unit),
         "file": "" if unknown else one.file,
         "shift": one.shift if math.isfinite(one.shift) else "",
-        "class": "" if one.determined else "yellow",
+        "class": "yellow" if _starred(one) else "",
     }
+
+
+def _starred(one: Parameter) -> bool:
+    """Whether the runs could have said more of it."""
+    return not one.determined and not one.exact
 
 
 def short(terms: Sequence[tuple[str, float]]) -> str:

@@ -45,7 +45,7 @@ def test_a_turned_sign_is_doubted_before_what_is_named(sign: float, tmp_path: Pa
     ({"J": -0.4, "d": -0.3, "F_c": 0.2}, "has the other sign"),
     ({"d": -0.3, "F_c": 0.2}, "has the other sign"),
     ({"d": -0.1, "F_c": 0.9}, "friction falls with the rate"),
-    ({"d": 0.9, "F_c": -0.1}, "is late against the angle"),
+    ({"d": 0.9, "F_c": -0.1}, "friction grows faster than the rate"),
 ])  # fmt: skip
 def test_reason_is_that_of_what_is_below_zero(values: dict[str, float], said: str) -> None:
     """4 deviations of 0.01; at rates of 2 rad/s friction takes 3 d + 1.7 F_c of power."""

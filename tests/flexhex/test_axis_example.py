@@ -81,7 +81,7 @@ def test_page_begins_with_the_torque_over_time(diagnosis: Diagnosis, tmp_path: P
     )
     text = path.read_text(encoding="utf-8")
     titles = re.findall(r"<h2>(.*?)</h2>", text)
-    assert titles[:2] == ["Torque over time", "Verdict"]
+    assert titles[:2] == ["Torque over time", f"Verdict: {diagnosis.verdict}"]
     drawn = re.search(r"^const figures = (.*);$", text, re.M)
     assert drawn
     figures = json.loads(drawn[1])

@@ -43,9 +43,23 @@ def test_lopsided_interval_is_given_by_its_ends() -> None:
     assert measured(value) == "0.0500 N m (0.0400 to 0.0900 N m)"
 
 
+def test_ends_of_a_small_interval_have_one_power_of_ten() -> None:
+    value = Estimate(2.27e-6, (0.0, 1.1e-5), "rad")
+    assert measured(value) == "0.227e-5 rad (0 to 1.10e-5 rad)"
+    # ends that are unlike in size keep their digits
+    assert measured(Estimate(2.5e7, (12.5, 1.2e9), "s")) == "0.0250e9 s (12.5 to 1.20e9 s)"
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (0.0090, "0.00900"), (1234.5, "1234"), (math.nan, "–"), (3e-9, "3.00e-09")],
+    [
+        (0.0, "0"),
+        (0.0090, "0.00900"),
+        (1234.5, "1234"),
+        (math.nan, "–"),
+        (3e-9, "3.00e-09"),
+        (1.1e-5, "1.10e-05"),
+    ],
 )
 def test_number_has_significant_digits(value: float, text: str) -> None:
     assert number(value) == text

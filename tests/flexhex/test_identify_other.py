@@ -55,6 +55,21 @@ def test_terminal_shows_sums_errors_and_what_is_not_determined(runs: list[str]) 
     assert "link_2.m *" in done.stdout
 
 
+def test_exact_values_of_the_file_are_not_taken_for_what_the_runs_lack(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    identified = identify([Path(runs[0])], options=Options(BASE))
+    held = "link_1.J", "link_2.m"
+    fixed = [replace(p, tolerance=0.0) if p.name in held else p for p in identified.parameters]
+    print_identified(replace(identified, parameters=tuple(fixed)))
+    shown = capsys.readouterr().out
+    assert "2 of 11 parameters stay at the file's values, which are exact" in shown
+    assert "1 of 11 parameters are not determined" in shown
+    # of link_1.J + 0.16 link_2.m both are known
+    assert "link_1.J +" not in shown
+    assert "link_1.mc +" not in shown
+
+
 def test_json_has_units_intervals_and_what_was_written(runs: list[str], tmp_path: Path) -> None:
     table = tmp_path / "found.csv"
     words = ["identify", *runs[:2], "--held-out", runs[2], "--base", BASE, "--json"]
@@ -124,7 +139,9 @@ def test_motion_that_tells_more_is_written_and_read_back(runs: list[str], tmp_pa
     assert read_trajectory(file).r.shape[1] == 2
     said = RUN.invoke(app, words).output
     assert "± 95 % now" in said
-    assert "Collisions are not checked" in said
+    told = " ".join(said.split())
+    assert re.search(r"reference for each axis, r\[1\] to r\[2\] in rad, every \d+ ms for", told)
+    assert "Run it 2 times, and give the new logs with the old ones" in told
 
 
 def test_fmu_of_what_was_found_stands_where_it_was_asked_for(
