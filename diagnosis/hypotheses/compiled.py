@@ -31,7 +31,8 @@ class Compiled:
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
     by_way: its states follow the way that angles go: noise must not count as way. swings: they
     follow accelerations, which noise of angles is most of.
-    slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does.
+    slow: it goes with angle, rate and time of its axis alone, as no answer to acceleration does;
+    driven: or with the reported torque.
     along: of (state, signals, shapes and time between two samples).
     moved: it goes with motion and time alone, whatever a fit makes of the torque. placed: it goes
     with the angle of its axis alone. start: states (rows, states) of motions that have long gone on
@@ -45,6 +46,7 @@ class Compiled:
     by_way: bool = False
     swings: bool = False
     slow: bool = False
+    driven: bool = False
     moved: bool = False
     placed: bool = False
     start: Callable[[Array, Array], list[Array]] | None = None
@@ -121,13 +123,22 @@ def _is_alone(effect: Effect, n: int) -> bool:
     return not _depends(effect, n)[N_SIGNAL:].any()
 
 
-def _is_moved(effect: Effect, n: int) -> tuple[bool, bool, bool]:
-    """Whether an effect on the torque depends on angle, rate and time of its axis alone; on motion
-    and time alone, of any axis; and on the angle of its axis alone, at that instant."""
+def _is_moved(effect: Effect, n: int) -> tuple[bool, bool, bool, bool]:
+    """Whether an effect on the torque depends on angle, rate and time of its axis alone; one on
+    the torque or in the drive on these and the torque; on motion and time alone, of any axis; and
+    on the angle of its axis alone, at that instant."""
     depends, on = _depends(effect, n), effect.acts_on == "torque"
     torques = depends.reshape(-1, N_SIGNAL)[:, TORQUES].any()
-    slow, placed = (not np.delete(depends, but).any() for but in ([0, 1, 5], [0]))
-    return bool(on and slow), bool(on and not torques), bool(on and placed and not effect.states)
+    slow, driven, placed = (
+        not np.delete(depends, but).any() for but in ([0, 1, 5], [0, 1, 3, 5], [0])
+    )
+    driven &= on or effect.acts_on == "drive"
+    return (
+        bool(on and slow),
+        bool(driven),
+        bool(on and not torques),
+        bool(on and placed and not effect.states),
+    )
 
 
 @cache

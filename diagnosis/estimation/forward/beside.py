@@ -9,7 +9,7 @@ friction's potential).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import casadi as ca
@@ -34,12 +34,14 @@ TINY = 1e-9
 @dataclass(frozen=True)
 class Step:
     """From an instant to one `dt` [s] later of an axis: before, rate (windows,) there; then, fast
-    (windows,) here; time (windows,) [s] here, since the start of the run."""
+    (windows,) here; tau (windows,), the reported torque in between; time (windows,) [s] here, since
+    the start of the run."""
 
     before: Array
     rate: Array
     then: Array
     fast: Array
+    tau: Array
     time: Array
     dt: float
 
@@ -108,8 +110,8 @@ class Friction:
 
 @dataclass(frozen=True)
 class Added:
-    """An effect of the library on an axis (from 0) that goes with its angle, rate and time, and
-    with what it remembers of them."""
+    """An effect of the library on an axis (from 0) that goes with its angle, rate, reported torque
+    and time, and with what it remembers of them."""
 
     axis: int
     item: Compiled
@@ -123,7 +125,9 @@ class Added:
         if self.after is None:
             return np.zeros((len(motion.theta), 1))
         theta, thetad = motion.theta[:, self.axis], motion.thetad[:, self.axis]
-        plain = _signals(theta, thetad, motion.time - motion.t0)
+        known, clock = run.tau.valid, run.tau.t0 + run.tau.ts * np.arange(len(run.tau.values))
+        tau = np.interp(motion.time, clock[known], run.tau.values[known, self.axis])
+        plain = _signals(theta, thetad, tau, motion.time - motion.t0)
         inputs = followed(self.item, plain, motion, self.axis, window)
         names = [one.name for one in self.item.effect.shapes]
         shape = dict(zip(names, self.shape.tolist(), strict=False))
@@ -134,34 +138,33 @@ class Added:
         """States after a step."""
         if self.after is None:
             return state
-        before = _signals(step.before, step.rate, step.time - step.dt)
+        before = _signals(step.before, step.rate, step.tau, step.time - step.dt)
+        now = _signals(step.then, step.fast, step.tau, step.time)
         given = alike(np.append(self.shape, step.dt), len(state))
-        return self.after(before, _signals(step.then, step.fast, step.time), state, given)[0]
+        return self.after(before, now, state, given)[0]
 
     def torque(self, step: Step, state: Array) -> tuple[Array, Array]:
         """Torque, and its slope to that of a step at which the axis stands still."""
         here = self._at(step, state)
         small = np.where(np.abs(step.fast) < TINY, TINY, step.fast)
-        moved = Step(step.before, step.rate, step.before + step.dt * small, small, step.time,
-                     step.dt)  # fmt: skip
-        still = np.zeros_like(small)
-        rest = Step(step.before, step.rate, step.before, still, step.time, step.dt)
+        moved = replace(step, then=step.before + step.dt * small, fast=small)
+        rest = replace(step, then=step.before, fast=np.zeros_like(small))
         slope = (self._at(moved, state) - self._at(rest, state)) / small
         return here, np.maximum(slope, 0.0)
 
     def _at(self, step: Step, state: Array) -> Array:
-        now = _signals(step.then, step.fast, step.time)
+        now = _signals(step.then, step.fast, step.tau, step.time)
         columns = self.item.columns(now, self.follow(step, state), alike(self.shape, len(now)))[0]
         return np.asarray(columns @ self.gains)
 
 
-def _signals(theta: Array, thetad: Array, time: Array) -> Array:
+def _signals(theta: Array, thetad: Array, tau: Array, time: Array) -> Array:
     none = np.zeros_like(theta)
-    return np.stack([theta, thetad, none, none, none, time], axis=1)
+    return np.stack([theta, thetad, none, tau, none, time], axis=1)
 
 
 def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
-    """Friction and effects of a fit, but for what a drive does to torques, and what of it a
+    """Friction and effects of a fit, but for those that `through_drives` has, and what of it a
     simulation leaves out."""
     values = dict(zip([k.name for k in estimated.known], estimated.values, strict=True))
     rubs = {k.name: float(values[k.name]) for k in estimated.known if k.group == GROUP}
@@ -172,13 +175,13 @@ def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
             parts.append(Friction(i, dry, viscous, offset, form))
     effects = {one.effect.id: one.effect for one in estimated.extras.listed}
     items = compiled(estimated.model.base.n, effects) if effects else []
-    slow = {item.effect.id: item for item in items if item.slow}
+    driven = {item.effect.id: item for item in items if item.driven}
     out = []
     for one in estimated.extras.listed:
         if one.effect.line or one.effect.loses:
             continue
-        if one.effect.id in slow:
-            parts.append(_added(one, slow[one.effect.id], values))
+        if one.effect.id in driven:
+            parts.append(_added(one, driven[one.effect.id], values))
         else:
             out.append(f"{one.effect.id} of axis {one.axis + 1}")
     if estimated.model.base.geometry is not None:

@@ -77,13 +77,12 @@ def simulated(
         time, guess = windows.time[alive] + (k + 0.5) * dt, v + (v - last) / 2
         try:
             mass, h = mechanics(base, p, q + dt / 2 * v, guess)
-            middle = _middle(
-                parts, states, mass, windows.tau[alive, k] - h, (q, v), guess, time, dt
-            )
+            tau = windows.tau[alive, k]
+            middle = _middle(parts, states, mass, tau, tau - h, (q, v), guess, time, dt)
         except (MachineError, np.linalg.LinAlgError):
             break
         then, fast = q + dt * middle, 2 * middle - v
-        moved = [_step(part.axis, (q, v), (then, fast), time + dt / 2, dt) for part in parts]
+        moved = [_step(part.axis, (q, v), (then, fast), tau, time + dt / 2, dt) for part in parts]
         states = [part.follow(m, s) for part, m, s in zip(parts, moved, states, strict=True)]
         off = np.abs(then - windows.theta[alive, k + 1])
         good = np.isfinite(fast).all(axis=1) & (off < windows.widest).all(axis=1)
@@ -99,6 +98,7 @@ def _middle(
     parts: Sequence[Part],
     states: Sequence[Array],
     mass: Array,
+    tau: Array,
     drive: Array,
     now: tuple[Array, Array],
     middle: Array,
@@ -112,7 +112,7 @@ def _middle(
         torque, slope = np.zeros_like(v), np.zeros_like(v)
         for part, state in zip(parts, states, strict=True):
             there = q + dt / 2 * middle, middle
-            own, steep = part.torque(_step(part.axis, now, there, time, dt / 2), state)
+            own, steep = part.torque(_step(part.axis, now, there, tau, time, dt / 2), state)
             torque[:, part.axis] += own
             slope[:, part.axis] += steep
         left = drive - torque - (mass @ (middle - v)[:, :, None])[:, :, 0]
@@ -124,7 +124,12 @@ def _middle(
 
 
 def _step(
-    axis: int, now: tuple[Array, Array], then: tuple[Array, Array], time: Array, dt: float
+    axis: int,
+    now: tuple[Array, Array],
+    then: tuple[Array, Array],
+    tau: Array,
+    time: Array,
+    dt: float,
 ) -> Step:
     (q, v), (q_then, v_then) = now, then
-    return Step(q[:, axis], v[:, axis], q_then[:, axis], v_then[:, axis], time, dt)
+    return Step(q[:, axis], v[:, axis], q_then[:, axis], v_then[:, axis], tau[:, axis], time, dt)

@@ -126,17 +126,34 @@ def test_found_effects_are_simulated_with_their_states(tmp_path: Path) -> None:
     assert (own.at(own.fitted)[:2] < 0.05 * own.at(own.constant)[:2]).all()
 
 
+def test_friction_that_goes_with_the_reported_torque_is_simulated(tmp_path: Path) -> None:
+    """mu |tau| against the rate, beside a weight that a wheel of 0.05 kg m2 turns about."""
+    mu, t, paths = 0.2, 2e-3 * np.arange(6000), []
+    for seed in (1, 2):
+        q, v, a = machines.moved(t, seed, (1.5,))
+        needed = 0.05 * a + 2.0 * np.sin(q)
+        tau = needed / (1 - mu * np.sign(v) * np.sign(needed))
+        path = tmp_path / f"{seed}.csv"
+        paths.append(machines.write(path, t, q, tau, (False,), "", seed))
+    found = {"mu": {"value": mu}, "s_0": {"value": 1e-4}}
+    more = read_diagnosis(found_effect(tmp_path, "load_friction", found))
+    plain = told(identify(paths[:1], paths[1:], options=Options("axis")))
+    own = told(identify(paths[:1], paths[1:], options=Options("axis"), more=more))
+    assert own.left_out == ()
+    assert (own.at(own.fitted) < 0.2 * own.at(plain.fitted)).all()
+    assert (own.at(own.fitted) < 0.05 * own.at(own.constant)).all()
+
+
 def test_effect_that_is_no_function_of_the_state_is_named(tmp_path: Path) -> None:
-    found = {
-        "verdict": "named",
-        "effects": [
-            {"id": "load_friction", "axes": [1], "rivals": [],
-             "parameters": {"mu": {"value": 0.1}, "s_0": {"value": 1e-4}}},
-        ],
-    }  # fmt: skip
-    paths, file = test_extras.logs(tmp_path), test_extras.written(tmp_path, found)
+    mode = {"J_2": {"value": 1e-3}, "f": {"value": 20.0}, "zeta": {"value": 0.05}}
+    paths, file = test_extras.logs(tmp_path), found_effect(tmp_path, "flexible_mode", mode)
     own = told(identify(paths[:1], paths[1:], options=Options("axis"), more=read_diagnosis(file)))
-    assert own.left_out == ("load_friction of axis 1",)
+    assert own.left_out == ("flexible_mode of axis 1",)
+
+
+def found_effect(folder: Path, name: str, parameters: dict[str, object]) -> Path:
+    effect = {"id": name, "axes": [1], "rivals": [], "parameters": parameters}
+    return test_extras.written(folder, {"verdict": "named", "effects": [effect]})
 
 
 def test_base_without_a_file_has_no_such_column(tmp_path: Path) -> None:
