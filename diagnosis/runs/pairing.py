@@ -129,7 +129,7 @@ def _share(left: float) -> str:
 def _all_seen(base: Base, runs: Sequence[Run]) -> list[Seen]:
     """The runs; none for a base model without nominal values, or one that is not complete yet, or
     where a torque never changes."""
-    if base.complete or not any(k.nominal and 0 < k.tolerance < np.inf for k in base.linear):
+    if base.complete or not any(k.nominal and k.tolerance < np.inf for k in base.linear):
         return []
     seen = [s for run in _first_passes(runs) if (s := _seen(run, base.window)) is not None]
     return seen if seen and np.ptp(np.concatenate([s.tau for s in seen]), axis=0).all() else []

@@ -67,6 +67,13 @@ def test_wrong_arrangement_is_reported_with_the_right_one(text: str) -> None:
     assert text in mispaired(base(), runs(*WRONG[text]))
 
 
+def test_values_that_are_exact_tell_a_wrong_arrangement_too() -> None:
+    exact = base()
+    exact.linear = tuple(replace(known, tolerance=0.0) for known in exact.linear)
+    assert "all torques negated" in mispaired(exact, runs(same, lambda v: -v))
+    assert mispaired(exact, runs(same, same)) == ""
+
+
 RIGHT = {
     "as the file": {},
     "friction": {"friction": 3.0},
