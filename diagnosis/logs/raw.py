@@ -123,14 +123,13 @@ def no_log(path: Path) -> str:
             f" file as --base {path}"
         )
     ways = {
-        ".db3": "`ros2 bag convert` makes a .mcap of a ROS 2 bag",
         ".bag": "`rosbags-convert` (PyPI: rosbags) makes a .mcap of a ROS 1 bag",
         ".npz": "write its arrays as columns of a CSV, names and units above (docs/diagnose.md)",
         ".npy": "write its columns as a CSV, names and units above (docs/diagnose.md)",
         ".pkl": "write its arrays as columns of a CSV, names and units above (docs/diagnose.md)",
         ".xlsx": "save the sheet as CSV",
     }
-    others = "write CSV or HDF5 (.csv, .h5), or .mat, .parquet, .mf4, .mcap"
+    others = "write CSV or HDF5 (.csv, .h5), or .mat, .parquet, .mf4, .mcap, .db3"
     return f"unknown kind {path.suffix!r}; {ways.get(suffix, others)}"
 
 

@@ -43,6 +43,7 @@ READERS = {
     ".mf4": ("extras", "read_mdf"),
     ".mdf": ("extras", "read_mdf"),
     ".mcap": ("mcap", "read_mcap"),
+    ".db3": ("db3", "read_db3"),
 }
 
 

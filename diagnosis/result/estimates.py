@@ -71,11 +71,9 @@ class Parameter:
         }
 
 
-def summed(terms: Sequence[tuple[str, float]], most: int | None = None) -> str:
-    """`link_3.mc_x + 0.31 link_4.m`; no more than so many terms, of which the last says how many
-    there are."""
-    listed = list(terms if most is None or len(terms) <= most else terms[: most - 1])
-    text = ""
+def summed(terms: Sequence[tuple[str, float]], first: int | None = None) -> str:
+    """`link_3.mc_x + 0.31 link_4.m`; of only the first so many: `link_3.mc_x + 1 more`."""
+    listed, text = terms[:first], ""
     for k, (name, factor) in enumerate(listed):
         sign = " - " if factor < 0 else " + "
         size = f"{abs(factor):.3g}"

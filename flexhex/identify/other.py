@@ -179,8 +179,9 @@ def _starred(one: Parameter) -> bool:
 
 def short(terms: Sequence[tuple[str, float]]) -> str:
     """A sum with as many of its terms as fit."""
-    texts = [summed(terms, most or None) for most in range(1, len(terms) + 1)]
-    return max((t for t in (*texts, summed(terms)) if len(t) <= WIDE), key=len, default=texts[0])
+    texts = [summed(terms, first) for first in range(1, len(terms) + 1)]
+    fitting = [text for text in texts if len(text) <= WIDE]
+    return fitting[-1] if fitting else texts[0]
 
 
 def _errors(identified: Identified) -> Titled:

@@ -17,7 +17,7 @@ from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.planning.trajectory import read_trajectory
 from flexhex.diagnosis.prepare import Options
 from flexhex.identify.folder import target
-from flexhex.identify.other import late, print_identified
+from flexhex.identify.other import late, print_identified, short
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -225,6 +225,12 @@ def test_sum_that_is_cut_says_where_it_is_whole(
     assert cut in " ".join(shown.split())
     print_identified(identified, every=True)
     assert "are cut" not in capsys.readouterr().out
+
+
+def test_sum_of_two_long_names_keeps_the_first() -> None:
+    terms = ("robot_link5_of_the_wrist.mc_y", 1.0), ("robot_link6_of_the_wrist.mc_z", -0.107)
+    assert short(terms) == "robot_link5_of_the_wrist.mc_y + 1 more"
+    assert short((("a.m", 1.0), ("b.m", 1.0))) == "a.m + b.m"
 
 
 def test_doubt_stands_first_and_notes_have_titles(
