@@ -206,7 +206,8 @@ def read_log(
     units: Mapping[str, str] | None = None,
     rename: Mapping[str, str] | None = None,
 ) -> Log:
-    """Read a measured or simulated log: CSV, HDF5, MAT; Parquet and MDF4 with their extras.
+    """Read a measured or simulated log: CSV, HDF5, MAT; Parquet, MDF4, MCAP and
+    `.db3` with their extras.
 
     torque_constant [N m/A, N/A]: of a log in A, one or one for each axis. motor: of a log in V,
     "R=1.2 K_t=0.05 L=0.5 mH", or numbers in SI units, {"R": 1.2, "K_t": [0.05, 0.06]}, with R,

@@ -134,6 +134,7 @@ def _collinear(estimated: Estimated) -> dict[int, list[int]]:
     for place, known in enumerate(estimated.model.base.linear):
         free = math.isinf(known.tolerance) and known.axis is not None
         same = free and inflated[place] * COLLINEAR > 1
-        if same and not seen.parameter(Combination(((place, 1.0),))).determined:
+        # two that cancel each other are both well away from zero
+        if same and not seen.parameter(Combination(((place, 1.0),)), by_size=True).determined:
             places.setdefault(known.axis or 0, []).append(place)
     return places

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +30,16 @@ UNSEEN = 1e-4
 
 
 class Seen:
-    """What the runs say of parameters and their sums."""
+    """What the runs say of parameters and their sums; out: names of what `pruned` left out."""
 
-    def __init__(self, estimated: Estimated) -> None:
+    def __init__(self, estimated: Estimated, out: Sequence[str] = ()) -> None:
         self.estimated, model, reg = estimated, estimated.model, estimated.regression
         self.more = announced(model)
+        self.exact = {
+            place
+            for place, known in enumerate(estimated.known)
+            if known.tolerance == 0 and known.name not in out
+        }
         G = np.diag(reg.prior) + reg.gram[0]
         self.unseen = np.eye(len(G)) - reg.covariance @ G
         loose = reg.prior / WIDER**2
@@ -45,8 +51,11 @@ class Seen:
         scale = np.where(model.scale > 0, model.scale, np.inf)
         self.share = (rms / torque[:, None]).max(axis=0) / scale
 
-    def parameter(self, combination: Combination, vague: bool = False) -> Parameter:
-        """A sum of parameters by their places; vague: others make its torque as well."""
+    def parameter(
+        self, combination: Combination, vague: bool = False, by_size: bool = False
+    ) -> Parameter:
+        """A sum of parameters by their places; vague: others make its torque as well; by_size:
+        that it is away from zero determines nothing."""
         estimated, known = self.estimated, self.estimated.known
         places = [place for place, _ in combination.terms]
         c = np.zeros(len(known))
@@ -70,7 +79,8 @@ class Seen:
             fitted = [p for p in places if estimated.model.scale[p] > 0] or places
             size = float((self.share[fitted] / np.abs(c[fitted])).min())
             unsure = max(deviation, alone)
-            determined = unsure * size < SMALL or abs(value) > SURE * unsure
+            away = not by_size and abs(value) > SURE * unsure
+            determined = unsure * size < SMALL or away
         against = abs(float(c @ (estimated.free - estimated.values)))
         determined &= against <= SURE * deviation
         low, high = value - NORMAL * deviation, value + NORMAL * deviation
@@ -78,4 +88,5 @@ class Seen:
             low = max(low, 0.0)
         terms = tuple((known[p].name, float(c[p])) for p in places)
         estimate = Estimate(value, (low, high), known[places[0]].printed)
-        return Parameter(terms, estimate, file, tolerance, bool(determined))
+        exact = self.exact.issuperset(places)
+        return Parameter(terms, estimate, file, tolerance, bool(determined), exact)

@@ -74,7 +74,7 @@ def identify(
     errors = predicted.errors(estimated, estimated.model)
     judged = estimated.along(run_set.judged) if run_set.judged else None
     other = predicted.errors(estimated, judged) if judged else None
-    seen, (sums, together) = Seen(estimated), grouped(estimated, out)
+    seen, (sums, together) = Seen(estimated, out), grouped(estimated, out)
     which = structure(estimated.model.base, estimated.model.blocks)
     names = [known.name for known in estimated.known]
     late = next(i for i, k in enumerate(estimated.known) if k.group == "delay")

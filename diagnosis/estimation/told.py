@@ -29,7 +29,7 @@ def parameters_of(
     base, _ = loosened(base, more.changed)
     runs, _ = loaded(runs, more.changed)
     estimated, out = pruned(estimate(base, runs, more)[0])
-    seen, (sums, _) = Seen(estimated), grouped(estimated, out)
+    seen, (sums, _) = Seen(estimated, out), grouped(estimated, out)
     vague = {place for one in sums for place, _ in one.terms}
     alone = [Combination(((p, 1.0),)) for p in range(len(estimated.known)) if p not in vague]
     others = {EFFECT, FRICTION, "delay"}

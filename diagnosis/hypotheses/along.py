@@ -133,8 +133,11 @@ class Along:
             self._signals = {torques: signals_of(self.model, self.across, torques)}
         inputs_of_blocks, axes = [], [axis] if alone else [axis, *range(self.model.base.n)]
         for k, signals in enumerate(self._signals[torques]):
-            few = np.copy if halvings is None else self.model.blocks[k].fewer(halvings)
+            few = np.asarray if halvings is None else self.model.blocks[k].fewer(halvings)
             listed = [few(signals[:, i]) for i in axes]
+            if place:
+                # all samples are no copy, and others want them as they are
+                listed = [own.copy() for own in listed]
             for i, own in zip(axes, listed, strict=True) if place else ():
                 if place == SWUNG:
                     own[:, ACCELERATION] = few(self._swung[k].along[:, i])

@@ -28,6 +28,10 @@ uint32 nanosec
 """
 """Fields of a message, which older bags do not tell [ROS 2, sensor_msgs/msg/JointState]."""
 
+ZSTD = b"\x28\xb5\x2f\xfd"
+"""What compressed data begin with [RFC 8878, 3.1.1]."""
+UNPACK = "`ros2 bag convert` with `compression_mode: none` writes them as they are"
+
 
 def read_db3(path: Path, options: Options) -> Raw:
     """Read a bag; LogError tells what it has instead of the JointState messages of one topic."""
@@ -39,14 +43,17 @@ def read_db3(path: Path, options: Options) -> Raw:
         bag = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
         try:
             topics = bag.execute("SELECT id, name, type FROM topics ORDER BY name").fetchall()
-            for number, name, kind in topics:
-                if kind in TYPES:
-                    wanted = "SELECT timestamp, data FROM messages WHERE topic_id = ?"
-                    rows = bag.execute(f"{wanted} ORDER BY timestamp", (number,))
-                    if listed := [(at, decode(data)) for at, data in rows]:
-                        messages[name] = listed
+            wanted = "SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp"
+            joints = {number: name for number, name, kind in topics if kind in TYPES}
+            for number, at, data in bag.execute(wanted):
+                if number in joints:
+                    if data.startswith(ZSTD):
+                        raise LogError(f"{path}: its messages are compressed: {UNPACK}")
+                    messages.setdefault(joints[number], []).append((at, decode(data)))
         finally:
             bag.close()
+    except LogError:
+        raise
     except Exception as error:  # those of SQLite and of the decoder
         raise LogError(f"{path}: not a readable bag of ROS 2 ({error})") from None
     return raw_of(path, options, messages, {name for _, name, _ in topics})

@@ -124,9 +124,8 @@ def spikes(where: str, name: str, channel: Channel) -> tuple[Channel, list[Findi
             valid = valid.copy()
             valid[at] = False
             when = channel.t0 + channel.ts * int(at[0])
-            text = (
-                f"{name}[{axis + 1}] has {len(at)} spikes of a single sample, first at {when:.6g} s"
-            )
+            spikes = f"{len(at)} spike{'s' * (len(at) > 1)} of a single sample"
+            text = f"{name}[{axis + 1}] has {spikes}, first at {when:.6g} s"
             findings.append(Finding("spike", where, f"{text}: not used", True))
     return replace(channel, valid=valid), findings
 

@@ -33,7 +33,7 @@ class Parameter:
 
     terms: names with coefficients; file: its value there, and tolerance: one standard deviation of
     that, infinite where nothing is known. determined: whether the runs say more of it than the
-    file.
+    file; exact: whether the file allows no other value.
     """
 
     terms: tuple[tuple[str, float], ...]
@@ -41,16 +41,12 @@ class Parameter:
     file: float
     tolerance: float
     determined: bool
+    exact: bool = False
 
     @property
     def name(self) -> str:
         """As it is read: `link_3.mc_x + 0.31 link_4.m`."""
         return summed(self.terms)
-
-    @property
-    def exact(self) -> bool:
-        """Whether its value is the file's, which allows no other."""
-        return self.tolerance == 0
 
     @property
     def shift(self) -> float:

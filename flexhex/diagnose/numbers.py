@@ -18,7 +18,8 @@ def number(value: float, digits: int = 3) -> str:
         return "0"
     place = digits - 1 - math.floor(math.log10(abs(value)))
     if not -4 <= place - digits < 4:
-        return f"{value:.{digits - 1}e}"
+        mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+        return f"{mantissa}e{int(power)}"
     return f"{value:.{max(place, 0)}f}"
 
 
@@ -55,15 +56,13 @@ def measured(e: Estimate) -> str:
 
 def _alike(*values: float) -> list[str]:
     """Numbers with the power of ten of the largest, if it needs one: `0.23e-5`, `0`, `1.10e-5`.
-    One that is too small beside it has its own."""
+    One that is less than a hundredth of it has its own."""
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
     _, e, power = number(largest).partition("e")
     size = 10 ** int(power or 0)
-    own = [number(v / size) for v in values]
-    return [
-        number(v) if "e" in digits else digits + (f"e{int(power)}" if e and v else "")
-        for v, digits in zip(values, own, strict=True)
-    ]
+    if not e:
+        return [number(v) for v in values]
+    return [f"{number(v / size)}e{power}" if abs(v) > size / 100 else number(v) for v in values]
 
 
 def side_by_side(e: Estimate) -> tuple[str, str]:

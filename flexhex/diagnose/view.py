@@ -98,7 +98,7 @@ def parameter_rows(diagnosis: Diagnosis) -> Rows:
 
 def vague(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A sentence on those that the runs do not determine: their names if they are few."""
-    names = [one.name for one in diagnosis.parameters if not one.determined]
+    names = [one.name for one in diagnosis.parameters if not (one.determined or one.exact)]
     if not names:
         return ()
     which = f"{len(names)} of {len(diagnosis.parameters)} parameters"

@@ -75,15 +75,15 @@ def excitation_parts(more: Excitation) -> list[Part]:
                      "unit": printed(one.estimate.unit)})  # fmt: skip
     motion = more.motion
     n, (length, ts) = motion.r.shape[1], (motion.time[-1], motion.ts)
-    units = list(dict.fromkeys(units_of(motion, n, "rad")))
+    units, axes = dict.fromkeys(units_of(motion, n, "rad")), "r[1]" + f" to r[{n}]" * (n > 1)
     return [
         Titled("One more run, along the motion written", NARROWER, rows),
         Sentence(
-            f"The motion is a reference for each axis, r[1] to r[{n}] in {' and '.join(units)},"
+            f"The motion is a reference for each axis, {axes} in {' and '.join(units)},"
             f" every {1e3 * ts:.4g} ms for {length:.3g} s. It begins and ends at rest, and stays"
             " within the positions, rates and accelerations of the logs. Collisions are not"
-            f" checked. Run it {motion.meta['passes']} times, and give the new logs with the old"
-            " ones."
+            f" checked. Run it {motion.meta['passes']} times, so that what repeats shows, and give"
+            " the new logs with the old ones; `then` is after the first."
         ),
     ]
 
@@ -205,7 +205,7 @@ def _errors(identified: Identified) -> Titled:
 
 def has_file(identified: Identified) -> bool:
     """Whether anything was known of the parameters before."""
-    return any(0 < one.tolerance < math.inf for one in identified.parameters)
+    return any(one.exact or 0 < one.tolerance < math.inf for one in identified.parameters)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from weakref import ReferenceType, ref
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses import candidates
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
+from flexhex.diagnosis.regression.fitted import FixedEffect
 from flexhex.diagnosis.selection import select as module
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
@@ -21,6 +24,7 @@ from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.products import ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import select
+from flexhex.fmus.common.effects import library
 from flexhex.numeric.rows import alike, native
 from tests.compare import assert_close
 from tests.diagnosis.test_evidence import rows_of
@@ -82,6 +86,27 @@ def test_products_are_those_of_each_shape_alone() -> None:
         assert_close(both.own[0, k], part.T @ part, atol=1e-12)
     rest = both.without(0)[0]
     assert_close(rest, X[ROWS // 2 :].T @ C[ROWS // 2 :], atol=1e-12)
+
+
+def test_columns_of_one_effect_leave_those_of_others_as_they_are(tmp_path: Path) -> None:
+    """Beside friction that was found one goes with the torque of the base model, one with all of
+    it: at the same samples, of which none are left out here."""
+    plain = bench_of(tmp_path, None, step=4)
+    assert all(block.every == 1 for block in plain.model.blocks)
+    (shape, *_) = plain.shapes("coulomb_friction", 0)
+    rubs = FixedEffect(plain.effects["coulomb_friction"], 0, shape, np.array([0.5]))
+    model = replace(plain.model, fitted=replace(plain.model.fitted, effects=(rubs,)))
+    listed = ["drive_gain", "load_friction", "flexible_mode"]
+    effects = compiled(1, {name: library()[name] for name in listed})
+
+    def columns(order: list[str]) -> dict[str, list[Array]]:
+        own = Bench(model, effects)
+        return {name: own.thin(name, 0, own.shapes(name, 0)[0]) for name in order}
+
+    forth, back = columns(listed), columns(listed[::-1])
+    for name in listed:
+        for one, other in zip(forth[name], back[name], strict=True):
+            assert_close(one, other, rtol=1e-6, what=name)  # some are kept in half the digits
 
 
 def test_columns_of_the_motion_alone_are_made_once_for_all_fits(

@@ -48,6 +48,7 @@ def test_ends_of_a_small_interval_have_one_power_of_ten() -> None:
     assert measured(value) == "0.227e-5 rad (0 to 1.10e-5 rad)"
     # ends that are unlike in size keep their digits
     assert measured(Estimate(2.5e7, (12.5, 1.2e9), "s")) == "0.0250e9 s (12.5 to 1.20e9 s)"
+    assert measured(Estimate(2e-8, (0.0, 1.1e-5), "rad")) == "2.00e-8 rad (0 to 1.10e-5 rad)"
 
 
 @pytest.mark.parametrize(
@@ -57,8 +58,8 @@ def test_ends_of_a_small_interval_have_one_power_of_ten() -> None:
         (0.0090, "0.00900"),
         (1234.5, "1234"),
         (math.nan, "–"),
-        (3e-9, "3.00e-09"),
-        (1.1e-5, "1.10e-05"),
+        (3e-9, "3.00e-9"),
+        (1.1e-5, "1.10e-5"),
     ],
 )
 def test_number_has_significant_digits(value: float, text: str) -> None:

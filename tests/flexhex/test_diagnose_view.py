@@ -134,7 +134,7 @@ def test_parameter_that_is_not_determined_is_said_once_below_the_table() -> None
     effect = replace(BASIC.effects[0], id="coulomb_friction", axes=(1, 2, 4), parts=parts)
     diagnosis = replace(BASIC, effects=(effect,))
     assert ["s_0" in row[2] for row in effect_rows(diagnosis)] == [False, True, False]
-    text = "Coulomb friction: s_0 is not determined on axes 1 and 4 (in the fit: 4.00e-06 rad)"
+    text = "Coulomb friction: s_0 is not determined on axes 1 and 4 (in the fit: 4.00e-6 rad)"
     assert undetermined(diagnosis) == [text]
     console = Console(file=io.StringIO(), width=100)
     print_diagnosis(diagnosis, Invocation((), ()), console)

@@ -52,8 +52,9 @@ class Part(Protocol):
     @property
     def axis(self) -> int: ...
 
-    def along(self, run: Run, window: float) -> Array:
-        """States (samples, k) along a measured run, as the fit has them; window: its smoothing."""
+    def along(self, run: Run, window: float, delay: float) -> Array:
+        """States (samples, k) along a measured run, as the fit has them; window: its smoothing,
+        delay [s] of the torques."""
         ...
 
     def follow(self, step: Step, state: Array) -> Array:
@@ -75,7 +76,7 @@ class Friction:
     offset: float
     form: Form
 
-    def along(self, run: Run, window: float) -> Array:
+    def along(self, run: Run, window: float, delay: float) -> Array:
         """Presliding z of Dahl."""
         theta = run.motion.steady[:, [self.axis]]
         if self.form.kind == "way":
@@ -119,14 +120,14 @@ class Added:
     shape: Array
     after: RowFunction | None
 
-    def along(self, run: Run, window: float) -> Array:
+    def along(self, run: Run, window: float, delay: float) -> Array:
         """States of the effect."""
         motion = run.motion
         if self.after is None:
             return np.zeros((len(motion.theta), 1))
         theta, thetad = motion.theta[:, self.axis], motion.thetad[:, self.axis]
         known, clock = run.tau.valid, run.tau.t0 + run.tau.ts * np.arange(len(run.tau.values))
-        tau = np.interp(motion.time, clock[known], run.tau.values[known, self.axis])
+        tau = np.interp(motion.time + delay, clock[known], run.tau.values[known, self.axis])
         plain = _signals(theta, thetad, tau, motion.time - motion.t0)
         inputs = followed(self.item, plain, motion, self.axis, window)
         names = [one.name for one in self.item.effect.shapes]

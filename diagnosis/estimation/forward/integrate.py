@@ -29,13 +29,15 @@ a cart)."""
 @dataclass(frozen=True)
 class Windows:
     """Measured windows of one step dt [s]: theta (windows, steps + 1, n), thetad (windows, n) at
-    their start, tau (windows, steps, n) in the middle of each step, time (windows,) [s] of the
-    start since that of the run; widest (n,): how far an axis may be from where it was measured
-    before its window has diverged."""
+    their start, tau (windows, steps, n) in the middle of each step, reported (windows, steps, n)
+    the same before drives lose or delay any of it, time (windows,) [s] of the start since that of
+    the run; widest (n,): how far an axis may be from where it was measured before its window has
+    diverged."""
 
     theta: Array
     thetad: Array
     tau: Array
+    reported: Array
     time: Array
     widest: Array
     dt: float
@@ -77,8 +79,8 @@ def simulated(
         time, guess = windows.time[alive] + (k + 0.5) * dt, v + (v - last) / 2
         try:
             mass, h = mechanics(base, p, q + dt / 2 * v, guess)
-            tau = windows.tau[alive, k]
-            middle = _middle(parts, states, mass, tau, tau - h, (q, v), guess, time, dt)
+            tau, drive = windows.reported[alive, k], windows.tau[alive, k] - h
+            middle = _middle(parts, states, mass, tau, drive, (q, v), guess, time, dt)
         except (MachineError, np.linalg.LinAlgError):
             break
         then, fast = q + dt * middle, 2 * middle - v

@@ -79,11 +79,12 @@ def simulation(estimated: Estimated, there: Calibrated, held_out: bool) -> Simul
         return None
     cuts = _limited(cuts)
     parts, left_out = parts_of(estimated)
-    with_file = any(0 < known.tolerance < np.inf for known in base.linear)
+    with_file = any(known.nominal and known.tolerance < np.inf for known in base.linear)
     why = "" if all(invertible(base, c.file, c.windows.theta[:, 0]) for c in cuts) else SINGULAR
     drives = [replace(c, windows=replace(c.windows, tau=c.behind)) for c in cuts]
-    told = _told(base, drives, [c.fitted for c in cuts], parts)
-    before = _told(base, cuts, [c.file for c in cuts], []) if with_file and not why else None
+    delay, files = there.fitted.delay, [c.file for c in cuts]
+    told = _told(base, drives, [c.fitted for c in cuts], parts, delay)
+    before = _told(base, cuts, files, [], delay) if with_file and not why else None
     still = [_still(c.windows) for c in cuts]
     first = cuts[0]
     return Simulation(
@@ -133,8 +134,8 @@ def _cut(
     good &= felt.reshape(count, steps).all(axis=1)
     if not good.any():
         return None
-    windows = Windows(theta[good], thetad[good, 0], torque[good], start[good] - motion.t0,
-                      np.zeros(base.n), STEP)  # fmt: skip
+    windows = Windows(theta[good], thetad[good, 0], torque[good], torque[good],
+                      start[good] - motion.t0, np.zeros(base.n), STEP)  # fmt: skip
     loads = {load.name: estimated.values[there.places(load)] for load in there.loads}
     p = estimated.values[: len(base.linear)]
     nominal = np.array([known.nominal for known in base.linear])
@@ -152,16 +153,23 @@ def _limited(cuts: Sequence[_Cut]) -> list[_Cut]:
 
 
 def _told(
-    base: Base, cuts: Sequence[_Cut], parameters: Sequence[Array], parts: Sequence[Part]
+    base: Base,
+    cuts: Sequence[_Cut],
+    parameters: Sequence[Array],
+    parts: Sequence[Part],
+    delay: float,
 ) -> list[Array]:
-    """Angles of each cut; runs with the same parameters go together, which is faster."""
+    """Angles of each cut; delay [s] of the torques. Runs with the same parameters go together,
+    which is faster."""
     groups, told = dict[bytes, list[int]](), dict[int, Array]()
     for k, p in enumerate(parameters):
         groups.setdefault(p.tobytes(), []).append(k)
     for places in groups.values():
         own = [cuts[k] for k in places]
-        states = [np.concatenate([part.along(c.block.run, base.window)[c.samples] for c in own])
-                  for part in parts]  # fmt: skip
+        states = [
+            np.concatenate([part.along(c.block.run, base.window, delay)[c.samples] for c in own])
+            for part in parts
+        ]
         windows = _joined([c.windows for c in own])
         angles = simulated(base, parameters[places[0]], parts, states, windows)
         edges = np.cumsum([len(c.start) for c in own])[:-1]
@@ -171,11 +179,11 @@ def _told(
 
 def _joined(listed: Sequence[Windows]) -> Windows:
     first, *_ = listed
-    theta, thetad, tau, time = (
+    theta, thetad, tau, reported, time = (
         np.concatenate([getattr(w, name) for w in listed])
-        for name in ("theta", "thetad", "tau", "time")
+        for name in ("theta", "thetad", "tau", "reported", "time")
     )
-    return Windows(theta, thetad, tau, time, first.widest, first.dt)
+    return Windows(theta, thetad, tau, reported, time, first.widest, first.dt)
 
 
 def _still(windows: Windows) -> Array:

@@ -7,11 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.prepare import Options
+from flexhex.identify.other import print_identified, short
 from tests.compare import assert_close
 from tests.diagnosis.estimation import machines
 
@@ -32,7 +34,9 @@ def axis(folder: Path, size: float, of_angle: Callable[[Array], Array]) -> Ident
     return identify(paths[:2], paths[2:], options=Options("axis"))
 
 
-def test_terms_that_nothing_is_lost_without_stand_in_sums(tmp_path: Path) -> None:
+def test_terms_that_nothing_is_lost_without_stand_in_sums(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A spring and a weight on a short stroke are one slope and one offset."""
     identified = axis(tmp_path, 0.1, lambda q: np.asarray(2.0 * np.cos(q) + 0.5 * q - 0.3))
     true = {"o[1]": -0.3, "k[1]": 0.5, "g_s[1]": 0.0, "g_c[1]": 2.0}
@@ -49,6 +53,12 @@ def test_terms_that_nothing_is_lost_without_stand_in_sums(tmp_path: Path) -> Non
             assert math.isinf(identified[name].estimate.ci95[1]), name
             assert not identified[name].determined, name
     assert any("sums alone have values" in note for note in identified.notes)
+    print_identified(identified)
+    shown = capsys.readouterr().out
+    assert all(short(one.terms) in shown for one in sums if one.determined)
+    assert any(one.determined for one in sums)
+    # what is left out is no value of a file
+    assert "exact" not in shown
     assert identified.held_out is not None
     assert identified.held_out.fitted[0] < 0.02
     # 0.1 %: some four standard deviations

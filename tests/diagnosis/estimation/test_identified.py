@@ -108,6 +108,10 @@ def test_bodies_of_a_file_with_exact_values_come_to_an_end() -> None:
     runs = [lwa4p.FILE.with_name(f"run_{number}.csv") for number in ("001", "040")]
     identified = identify(runs, options=Options(str(lwa4p.FILE)))
     assert np.isfinite(identified.errors.fitted).all()
+    assert identified["link_2.m"].exact
+    assert not identified["J_r[1]"].exact
+    # its values are known, but tell no acceleration: motors without rotors have no mass
+    assert identified.simulation is not None
     for k in range(1, 7):
         ten = np.array([identified[f"link_{k}.{name}"].estimate.value for name in TEN])
         assert consistent(ten), k

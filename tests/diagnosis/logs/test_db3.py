@@ -48,8 +48,11 @@ def encoded(at: int, names: Sequence[str], *fields: Sequence[float]) -> bytes:
     return b"\0\1\0\0" + body
 
 
-def bag(path: Path, topics: dict[str, str], messages: Sequence[bytes]) -> Path:
-    """A bag with these messages on the first of its topics, by their types."""
+def bag(
+    path: Path, topics: Sequence[tuple[str, str]], messages: Sequence[bytes], publishers: int = 1
+) -> Path:
+    """A bag of topics (name, type) with these messages on the first one, or by turns on the first
+    few."""
     with sqlite3.connect(path) as file:
         file.execute(
             "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT,"
@@ -59,10 +62,12 @@ def bag(path: Path, topics: dict[str, str], messages: Sequence[bytes]) -> Path:
             "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,"
             " data BLOB)"
         )
-        for k, (name, kind) in enumerate(topics.items(), start=1):
+        for k, (name, kind) in enumerate(topics, start=1):
             file.execute("INSERT INTO topics VALUES(?, ?, ?, 'cdr', '')", (k, name, kind))
-        rows = [(7_000_000 + 2_000_000 * k, data) for k, data in enumerate(messages)]
-        file.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES(1, ?, ?)", rows)
+        rows = [
+            (k % publishers + 1, 7_000_000 + 2_000_000 * k, data) for k, data in enumerate(messages)
+        ]
+        file.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", rows)
     file.close()
     return path
 
@@ -77,7 +82,8 @@ def messages(stamped: bool = True, effort: bool = True) -> list[bytes]:
     ]
 
 
-STATES = {"/joint_states": "sensor_msgs/msg/JointState", "/tf": "tf2_msgs/msg/TFMessage"}
+JOINTS = ("/joint_states", "sensor_msgs/msg/JointState")
+STATES = [JOINTS, ("/tf", "tf2_msgs/msg/TFMessage")]
 
 
 @pytest.mark.parametrize("stamped", [True, False], ids=["header's time", "log's time"])
@@ -90,14 +96,22 @@ def test_joint_states_are_read(stamped: bool, tmp_path: Path) -> None:
     assert log.joints == NAMES
 
 
+def test_messages_of_a_topic_with_two_numbers_are_one_log(tmp_path: Path) -> None:
+    log = read_log(bag(tmp_path / "run.db3", [JOINTS, JOINTS], messages(), publishers=2))
+    assert_close(log.theta, Q, atol=1e-12)
+
+
 def test_what_is_no_log_is_refused(tmp_path: Path) -> None:
-    others = {"/scan": "sensor_msgs/msg/LaserScan"}
+    others = [("/scan", "sensor_msgs/msg/LaserScan")]
     with pytest.raises(LogError, match=r"on no topic: it has /scan"):
         read_log(bag(tmp_path / "scan.db3", others, messages()))
     with pytest.raises(LogError, match=r"on no topic: it has /joint_states, /tf"):
         read_log(bag(tmp_path / "empty.db3", STATES, []))
     with pytest.raises(LogError, match=r"/joint_states has no effort of its joints"):
         read_log(bag(tmp_path / "none.db3", STATES, messages(effort=False)))
+    packed = [b"\x28\xb5\x2f\xfd" + one for one in messages()]
+    with pytest.raises(LogError, match=r"its messages are compressed: `ros2 bag convert`"):
+        read_log(bag(tmp_path / "packed.db3", STATES, packed))
     (tmp_path / "bad.db3").write_bytes(b"no bag")
     with pytest.raises(LogError, match=r"not a readable bag of ROS 2 \(file is not a database\)"):
         read_log(tmp_path / "bad.db3")

@@ -40,7 +40,7 @@ def windows(dt: float, far: float = 1e3) -> Windows:
     steps, begin = round(SECONDS / dt), np.array([0.0, 0.3, 1.1])
     middle = begin[:, None] + dt * (np.arange(steps) + 0.5)
     theta = np.repeat(Q[:, None], steps + 1, axis=1)
-    return Windows(theta, V, drive(middle), begin, np.full(2, far), dt)
+    return Windows(theta, V, drive(middle), drive(middle), begin, np.full(2, far), dt)
 
 
 def solved(dt: float, rubs: bool) -> Array:
@@ -97,7 +97,8 @@ class One(ColumnBase):
 def pushed(part: Friction, tau: Array, v: float, state: float = 0.0) -> Array:
     """Angles (steps + 1,) of an inertia of 0.01 kg m2."""
     theta = np.zeros((1, len(tau) + 1, 1))
-    window = Windows(theta, np.array([[v]]), tau[None, :, None], np.zeros(1), np.full(1, 1e3), 2e-3)
+    torque, far = tau[None, :, None], np.full(1, 1e3)
+    window = Windows(theta, np.array([[v]]), torque, torque, np.zeros(1), far, 2e-3)
     return simulated(One(), np.array([0.01]), [part], [np.array([[state]])], window)[0, :, 0]
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.forward.record import Simulation
 from flexhex.diagnosis.estimation.found import read_diagnosis
@@ -17,6 +19,17 @@ from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines, test_extras
 from tests.diagnosis.estimation.test_identified import arm
 
+Array = NDArray[np.float64]
+WHEEL = """
+import numpy as np
+
+class Wheel:
+    axes = ("rotary",)
+    parameters = (("wheel.J", "kg m2", 0.05, 1e-4), ("wheel.weight", "N m", 2.0, 0.004))
+
+    def columns(self, theta, thetad, thetadd):
+        return np.stack([thetadd, np.sin(theta)], axis=2)
+"""
 OWN = f"{example.__file__}:TwoLinks"
 
 
@@ -126,21 +139,66 @@ def test_found_effects_are_simulated_with_their_states(tmp_path: Path) -> None:
     assert (own.at(own.fitted)[:2] < 0.05 * own.at(own.constant)[:2]).all()
 
 
-def test_friction_that_goes_with_the_reported_torque_is_simulated(tmp_path: Path) -> None:
-    """mu |tau| against the rate, beside a weight that a wheel of 0.05 kg m2 turns about."""
-    mu, t, paths = 0.2, 2e-3 * np.arange(6000), []
+def rubbing(v: Array, tau: Array) -> Array:
+    """0.2 |tau| against the rate, relative to tau."""
+    return 0.2 * np.sign(v) * np.sign(tau)
+
+
+def warming(v: Array, tau: Array) -> Array:
+    """The loss of a motor whose mean square torque is remembered for 4 s."""
+    w, kept = np.zeros_like(tau), np.exp(-2e-3 / 4.0)
+    for k in range(1, len(tau)):
+        w[k] = kept * w[k - 1] + (1 - kept) * tau[k] ** 2
+    return 0.03 * w
+
+
+DRIVEN: dict[str, tuple[Callable[[Array, Array], Array], dict[str, float]]] = {
+    "load_friction": (rubbing, {"mu": 0.2, "s_0": 1e-4}),
+    "thermal_drift": (warming, {"g_t": 0.0, "g_w": 0.03, "T": 4.0}),
+}
+
+
+@pytest.mark.parametrize("name", DRIVEN)
+def test_effect_that_goes_with_the_reported_torque_is_simulated(name: str, tmp_path: Path) -> None:
+    """A weight that a wheel of 0.05 kg m2 turns about; a part of the torque never gets there."""
+    lost, found = DRIVEN[name]
+    t, paths = 2e-3 * np.arange(6000), []
     for seed in (1, 2):
         q, v, a = machines.moved(t, seed, (1.5,))
         needed = 0.05 * a + 2.0 * np.sin(q)
-        tau = needed / (1 - mu * np.sign(v) * np.sign(needed))
+        tau = needed
+        for _ in range(30):
+            tau = needed / (1 - lost(v, tau))
         path = tmp_path / f"{seed}.csv"
         paths.append(machines.write(path, t, q, tau, (False,), "", seed))
-    found = {"mu": {"value": mu}, "s_0": {"value": 1e-4}}
-    more = read_diagnosis(found_effect(tmp_path, "load_friction", found))
+    values = {key: {"value": value} for key, value in found.items()}
+    more = read_diagnosis(found_effect(tmp_path, name, values))
     plain = told(identify(paths[:1], paths[1:], options=Options("axis")))
     own = told(identify(paths[:1], paths[1:], options=Options("axis"), more=more))
     assert own.left_out == ()
     assert (own.at(own.fitted) < 0.2 * own.at(plain.fitted)).all()
+    assert (own.at(own.fitted) < 0.05 * own.at(own.constant)).all()
+
+
+def test_effect_sees_the_torque_before_its_drive_loses_any(tmp_path: Path) -> None:
+    """Load friction of 0.2 of a motor that is said to lose a quarter, and does."""
+    t, paths = 2e-3 * np.arange(6000), []
+    for seed in (1, 2):
+        q, v, a = machines.moved(t, seed, (1.5,))
+        needed = 0.05 * a + 2.0 * np.sin(q)
+        tau = needed / (0.75 - rubbing(v, needed))
+        paths.append(machines.write(tmp_path / f"{seed}.csv", t, q, tau, (False,), "", seed))
+    base = tmp_path / "wheel.py"
+    base.write_text(WHEEL)
+    effects = [
+        {"id": name, "axes": [1], "rivals": [], "parameters": values}
+        for name, values in (
+            ("load_friction", {"mu": {"value": 0.2}, "s_0": {"value": 1e-4}}),
+            ("drive_gain", {"g": {"value": 0.25}}),
+        )
+    ]
+    more = read_diagnosis(test_extras.written(tmp_path, {"verdict": "named", "effects": effects}))
+    own = told(identify(paths[:1], paths[1:], options=Options(f"{base}:Wheel"), more=more))
     assert (own.at(own.fitted) < 0.05 * own.at(own.constant)).all()
 
 
