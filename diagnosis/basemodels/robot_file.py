@@ -121,6 +121,11 @@ def read_robot(
         _refuse_impossible(file, name, body, model.inertias[place])
     inertias = [model.inertias[place].inertia for place in places]
     said = tuple(odd_moments(file, bodies, inertias))
+    if logged and not named:
+        said += (
+            f"the logs' joints {', '.join(logged)} have no such names in {file}: their axes are"
+            f" taken for {', '.join(chosen)}, in this order ({OPTION} says another)",
+        )
     return Robot(model, tuple(chosen), places, tuple(kinds), bodies, said, more, load)
 
 

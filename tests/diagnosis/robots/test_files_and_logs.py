@@ -45,6 +45,17 @@ def test_joints_of_a_file_are_in_the_order_in_which_logs_name_them() -> None:
         assert_close(named(*said, joints=joints), usual.torque(turned, p), atol=1e-11)
 
 
+def test_names_of_another_file_are_told_with_the_axes_they_are_taken_for() -> None:
+    for said, joints, told in (
+        ("a,b,c,d,e,f", (), True),
+        ("j1,j2,j3,j4,j5,f", (), True),
+        ("j1,j2,j3,j4,j5,j6", (), False),
+        ("a,b,c,d,e,f", tuple(f"j{k}" for k in range(1, 7)), False),
+    ):
+        base: Any = base_of(str(FILE), None, replace(log(6), meta={"joints": said}), joints=joints)
+        assert any("are taken for j1, j2, j3, j4, j5, j6" in text for text in base.remarks) == told
+
+
 @pytest.mark.parametrize(("iyy", "odd"), [("0.014", False), ("0.019", False), ("0.04", True)])
 def test_moments_of_no_body_are_reported(iyy: str, odd: bool, tmp_path: Path) -> None:
     """Files from CAD have them often enough; torques can be calculated all the same."""
