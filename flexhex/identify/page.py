@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnose.numbers import number
 from flexhex.diagnose.page import digest
 from flexhex.diagnose.plots import strip_figures
 from flexhex.diagnose.titles import effort
@@ -54,7 +55,7 @@ def answer(identified: Identified) -> str:
 
 
 def _percent(shares: Array) -> str:
-    ends = dict.fromkeys(f"{100 * end:.2g}" for end in (np.nanmin(shares), np.nanmax(shares)))
+    ends = dict.fromkeys(number(100 * float(of(shares)), 2) for of in (np.nanmin, np.nanmax))
     return f"{' to '.join(ends)} %"
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -17,7 +18,8 @@ from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.planning.trajectory import read_trajectory
 from flexhex.diagnosis.prepare import Options
 from flexhex.identify.folder import target
-from flexhex.identify.other import late, print_identified, short
+from flexhex.identify.other import print_identified
+from flexhex.identify.page import answer
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -89,11 +91,6 @@ def test_json_has_units_intervals_and_what_was_written(runs: list[str], tmp_path
     rows = {row["name"]: row for row in csv.DictReader(table.open())}
     assert float(rows["link_2.J"]["value"]) == J["value"]
     assert rows["link_1.mc + 0.4 link_2.m"]["determined"] == "true"
-
-
-@pytest.mark.parametrize(("delay", "way"), [(0.004, "lags"), (-0.004, "leads")])
-def test_delay_of_the_torques_is_said_in_the_words_of_diagnose(delay: float, way: str) -> None:
-    assert late(delay).startswith(f"The torque channel {way} the angles by 4 ms, or ")
 
 
 WRONG = {
@@ -230,10 +227,10 @@ def test_sum_that_is_cut_says_where_it_is_whole(
     assert "are cut" not in capsys.readouterr().out
 
 
-def test_sum_of_two_long_names_keeps_the_first() -> None:
-    terms = ("robot_link5_of_the_wrist.mc_y", 1.0), ("robot_link6_of_the_wrist.mc_z", -0.107)
-    assert short(terms) == "robot_link5_of_the_wrist.mc_y + 1 more"
-    assert short((("a.m", 1.0), ("b.m", 1.0))) == "a.m + b.m"
+def test_shares_of_all_and_more_are_written_out(runs: list[str]) -> None:
+    identified = identify([Path(runs[0])], options=Options(BASE))
+    errors = replace(identified.errors, file=np.array([0.0123, 1.001]))
+    assert answer(replace(identified, errors=errors)).endswith("the file 1.2 to 100 %.")
 
 
 def test_doubt_stands_first_and_notes_have_titles(
