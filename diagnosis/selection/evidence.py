@@ -6,7 +6,9 @@ complement), and P the inverse variance of its gains,
 
     log Z = r' (S + P)^-1 r / 2 - log |S + P| / 2 + log |P| / 2
 
-is the evidence for it relative to the model alone. The evidence of all folds minus that of all but
+is the evidence for it relative to the model alone. r is of products between passes, S of those
+within each: what moves differently from pass to pass, or is noise of a column, makes a gain less
+sure and is in the place of no torque. The evidence of all folds minus that of all but
 one is the log density at which the one is predicted: base parameters, gains and shapes are those of
 the others, with their uncertainty.
 """
@@ -106,11 +108,11 @@ def _beside(
     """What the fit to all folds but one leaves of the products of shapes of k columns, with each
     other (shapes, k, k) and with the torque (shapes, k), and where it leaves any (shapes,); of all
     folds, any of each column."""
-    fit = moments.fit(left)
-    half = fit.half(cross).reshape(moments.m, -1, k).transpose(1, 2, 0)
+    between, within = cross
+    half = moments.within(left).half(within).reshape(moments.m, -1, k).transpose(1, 2, 0)
     S = own - half @ half.transpose(0, 2, 1)
     whole, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (own, S))
-    rest = (right - cross.T @ fit.q).reshape(-1, k)
+    rest = (right - between.T @ moments.fit(left).q).reshape(-1, k)
     seen = alone > GONE * whole
     # what left-out rows alone show says nothing without them: the others of the shape still do
     there = np.asarray(seen.all(axis=1) if left is None else seen.any(axis=1))

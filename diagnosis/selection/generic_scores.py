@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.selection.evidence import log_evidence, mean_of, turned_to
 from flexhex.diagnosis.selection.left import rest_on
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
+from flexhex.diagnosis.selection.products import Products
 from flexhex.diagnosis.selection.scores import Score, size_of
-from flexhex.diagnosis.selection.solved import Solved
 from flexhex.diagnosis.selection.unnamed import NamelessHypothesis
 
 Array = NDArray[np.float64]
@@ -30,8 +30,7 @@ def generic_score(
     folds, products = moments.rows.folds, {k.within: k.within.beside(moments) for k in listed}
 
     def tried(left: Left) -> list[Sized]:
-        fit = moments.fit(left)
-        beside = {within: _left_of(fit, *own.without(left)) for within, own in products.items()}
+        beside = {within: _left_of(moments, left, own) for within, own in products.items()}
         return [each for kind in listed for each in _sized(kind, beside[kind.within], sizes)]
 
     def evidence(every: Sequence[Sized]) -> float:
@@ -119,11 +118,11 @@ class Whole:
 
 
 def _beside(moments: Moments, kind: NamelessHypothesis) -> Beside:
-    return _left_of(moments.fit(None), *kind.within.beside(moments).without(None))
+    return _left_of(moments, None, kind.within.beside(moments))
 
 
-def _left_of(fit: Solved, cross: Array, right: Array, own: Array) -> Beside:
-    """Of columns, from their products with a model's (m, k), with the torque (k,) and with each
-    other (1, k, k)."""
-    moved = fit.solve(cross)
-    return moved, own[0] - cross.T @ moved, right - cross.T @ fit.q
+def _left_of(moments: Moments, left: Left, products: Products) -> Beside:
+    """Of columns, beside the fit to all folds but one."""
+    (cross, within), right, own = products.without(left)
+    fit, half = moments.fit(left), moments.within(left).half(within)
+    return fit.solve(cross), own[0] - half.T @ half, right - cross.T @ fit.q

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from weakref import WeakKeyDictionary
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.regression.design import RowSelection
 from flexhex.diagnosis.selection.changed import Axis, ChangedParameter
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.products import Products, ShapeProducts, placed
@@ -104,10 +105,10 @@ class EffectHypothesis:
         common = [t for t in moments.terms if t.white.keys() & set(self.felt)]
         self._fill_beside(common, moments)
         with_base, right, own = self._with_base(moments.rows)
-        cross = np.zeros((len(with_base), moments.m, with_base.shape[2]))
-        cross[:, : moments.rows.nb] = with_base
+        cross = np.zeros((*with_base.shape[:2], moments.m, with_base.shape[3]))
+        cross[:, :, : moments.rows.nb] = with_base
         for term in common:
-            cross[:, moments.place(term)] = self._with[term]
+            cross[:, :, moments.place(term)] = self._with[term]
         return Products(moments.rows.folds, cross, right, own)
 
     def _with_base(self, rows: Rows) -> tuple[Array, Array, Array]:
@@ -118,7 +119,7 @@ class EffectHypothesis:
             parts = [known.base for known in self.known if known.base is not None]
             if made is None or len(new) < len(parts):
                 cross, right, own = zip(*parts, strict=True)
-                made = np.concatenate(cross, 2), np.concatenate(right, 1), np.concatenate(own, 1)
+                made = np.concatenate(cross, 3), np.concatenate(right, 1), np.concatenate(own, 1)
             self._base.append(made)
         return self._base[0]
 
@@ -126,26 +127,27 @@ class EffectHypothesis:
         """Of some shapes, which know their part from then on. Products of columns with each other
         are not between passes: noise in a column must not make it seem small."""
         folds, k, size = len(rows.folds), self.width, len(new) * self.width
-        cross, right = np.zeros((folds, rows.nb, size)), np.zeros((folds, size))
+        cross, right = np.zeros((2, folds, rows.nb, size)), np.zeros((folds, size))
         own = np.zeros((folds, len(new), k, k))
         for i, columns in self._white(new).items():
-            across = rows.across(columns)
+            both = rows.across(columns), columns
             for f, part in enumerate(rows.parts.values()):
-                cross[f] += rows.white_B.pulled(i, across[part], part)
+                for way, values in enumerate(both):
+                    cross[way, f] += rows.white_B.pulled(i, values[part], part)
                 right[f] += columns[part].T @ rows.twin_y[i][part]
                 single = columns.T[:, part].reshape(len(new), k, -1)
                 own[f] += single @ single.transpose(0, 2, 1)
         for at, j, s in placed(new, self.width):
-            self.known[s].base = cross[:, :, at], right[:, at], own[:, j : j + 1]
+            self.known[s].base = cross[..., at], right[:, at], own[:, j : j + 1]
         return cross, right, own
 
     @cached_property
     def _with(self) -> WeakKeyDictionary[Term, Array]:
-        """Products with accepted terms (folds, k', shapes * k) that are known already."""
+        """Products with accepted terms (2, folds, k', shapes * k) that are known already."""
         return WeakKeyDictionary()
 
     def _fill_beside(self, terms: Sequence[Term], moments: Moments) -> None:
-        """With the columns of accepted terms, between passes."""
+        """With the columns of accepted terms."""
         lacking = dict[tuple[int, ...], list[Term]]()
         unknown = [term for term in terms if term not in self._with]
         for term in unknown:
@@ -156,16 +158,22 @@ class EffectHypothesis:
         for new, own in lacking.items():
             white = self._white(new)
             for term in own:
-                twins = moments.twins(term)
-                common = [(twins[i], white[i]) for i in twins.keys() & white.keys()]
-                whole = np.stack([sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts])
+                whole = np.stack([_between(of, white, parts) for of in moments.both(term)])
                 for at, _, s in placed(new, self.width):
-                    self.known[s].terms[term] = whole[:, :, at]
+                    self.known[s].terms[term] = whole[..., at]
         for term in unknown:
-            self._with[term] = np.concatenate([known.terms[term] for known in self.known], 2)
+            self._with[term] = np.concatenate([known.terms[term] for known in self.known], 3)
 
     def _white(self, chosen: Sequence[int]) -> Mapping[int, Array]:
         return self.columns([self.shapes[s] for s in chosen])
+
+
+def _between(
+    ones: Mapping[int, Array], others: Mapping[int, Array], parts: Collection[RowSelection]
+) -> Array:
+    """Products (folds, k', k) of columns on the same axes."""
+    common = [(ones[i], others[i]) for i in ones.keys() & others.keys()]
+    return np.stack([sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts])
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,9 @@
-"""Products between passes of the base model's columns and of accepted terms, for each fold."""
+"""Products of the base model's columns and of accepted terms with each other, for each fold.
+
+Between passes: of each instant's row in one pass with that in another, so that noise of angles and
+torques, also what feedback makes of it, is no part of them. Those within passes say how sure a fit
+to these is: see `information.py`.
+"""
 
 from __future__ import annotations
 
@@ -51,6 +56,7 @@ class Moments:
         prior[places] = np.array(list(freed.values())) * rows.doubt[places]
         self.prior = np.concatenate([prior, *(t.prior * tight.get(t, 1.0) for t in terms)])
         self.fits: dict[Left, Solved] = {}
+        self._within: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
         self._squares: dict[int, Array] = {}  # of the first columns, as far as they were asked for
         self._twins: dict[Term, Mapping[int, Array]] = {}
@@ -118,16 +124,17 @@ class Moments:
         """With one more term; products that are known already are kept."""
         longer = Moments(self.rows, (*self.terms, term), self.freed, self.tight)
         longer._twins = dict(self._twins)
-        across = longer.twins(term)
         for fold in self.rows.folds:
             (G, b), part, m = self.grams(fold), self.rows.parts[fold], self.m
-            whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
-            whole[:m, :m], right[:m] = G, b
-            own = {i: white[part] for i, white in across.items()}
-            whole[:, m:] = longer.pulled(own, fold)
-            right[m:] = sum(white.T @ self.rows.white_y[i][part] for i, white in own.items())
-            whole[m:, :m] = whole[:m, m:].T
-            whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
+            whole, right = np.zeros((2, longer.m, longer.m)), np.zeros(longer.m)
+            whole[:, :m, :m], right[:m] = G, b
+            for own, columns in zip(whole, longer.both(term), strict=True):
+                there = {i: white[part] for i, white in columns.items()}
+                own[:, m:] = longer.pulled(there, fold)
+                own[m:, :m] = own[:m, m:].T
+                own[m:, m:] = (own[m:, m:] + own[m:, m:].T) / 2
+            twins = longer.both(term)[0].items()
+            right[m:] = sum(white[part].T @ self.rows.white_y[i][part] for i, white in twins)
             longer._grams[fold] = whole, right
         longer._squares = dict(self._squares)
         return longer
@@ -140,18 +147,21 @@ class Moments:
         kept = np.setdiff1d(np.arange(self.m), gone)
         left = [t for t in self.terms if t not in terms]
         shorter = Moments(self.rows, left, self.freed, self.tight)
-        shorter._twins = {t: self.twins(t) for t in shorter.terms}
+        shorter._twins = {t: self.both(t)[0] for t in shorter.terms}
         own = np.ix_(kept, kept)
-        shorter._grams = {f: (G[own], b[kept]) for f, (G, b) in self._grams.items()}
+        shorter._grams = {
+            f: (G[:, kept[:, None], kept], b[kept]) for f, (G, b) in self._grams.items()
+        }
         whole = {i: square for i, square in self._squares.items() if len(square) == self.m}
         shorter._squares = {i: square[own] for i, square in whole.items()}
         return shorter
 
-    def twins(self, term: Term) -> Mapping[int, Array]:
-        """Whitened columns (R, k) of a term as the other passes have them, of each axis."""
+    def both(self, term: Term) -> tuple[Mapping[int, Array], Mapping[int, Array]]:
+        """Whitened columns (R, k) of a term, of each axis: as the other passes have them, and as
+        they are."""
         if term not in self._twins:
             self._twins[term] = {i: self.rows.across(white) for i, white in term.white.items()}
-        return self._twins[term]
+        return self._twins[term], term.white
 
     def place(self, term: Term) -> slice:
         """Where the columns of a term stand."""
@@ -172,28 +182,29 @@ class Moments:
         return other
 
     def grams(self, fold: int) -> tuple[Array, Array]:
-        """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes; of a model with terms
-        they are known."""
+        """X^T X (2, m, m), between and within passes, and X^T y (m,) between passes of a fold,
+        whitened; of a model with terms they are known."""
         if not self._grams:
             self._grams = self._products()
         return self._grams[fold]
 
     def _products(self) -> dict[int, tuple[Array, Array]]:
         rows = self.rows
-        products = {fold: (np.zeros((self.m, self.m)), np.zeros(self.m)) for fold in rows.folds}
+        products = {f: (np.zeros((2, self.m, self.m)), np.zeros(self.m)) for f in rows.folds}
         for i in range(rows.n):
             for places, values in rows.white_B.pieces[i]:
                 across = rows.across(values)
                 for fold, (G, b) in products.items():
                     part = rows.parts[fold]
-                    G[:, places] += rows.white_B.pulled(i, across[part], part)
+                    for own, columns in zip(G, (across, values), strict=True):
+                        own[:, places] += rows.white_B.pulled(i, columns[part], part)
                     b[places] += across[part].T @ rows.white_y[i][part]
-        return {fold: ((G + G.T) / 2, b) for fold, (G, b) in products.items()}
+        return {fold: ((G + G.swapaxes(1, 2)) / 2, b) for fold, (G, b) in products.items()}
 
     def gram(self, left: Left) -> tuple[Array, Array]:
-        """The same of all folds but one."""
+        """X^T X (m, m) and X^T y (m,) between passes, of all folds but one."""
         listed = [self.grams(fold) for fold in self.rows.folds if fold != left]
-        return sum(G for G, _ in listed), sum(b for _, b in listed)  # type: ignore[return-value]
+        return sum(G[0] for G, _ in listed), sum(b for _, b in listed)  # type: ignore[return-value]
 
     def left_over(self, axis: int, left: Left) -> tuple[float, float]:
         """Sum of squares of the whitened torque of an axis, and of what the fit to all folds but
@@ -224,8 +235,17 @@ class Moments:
         """The fit to all folds but one."""
         if left not in self.fits:
             G, b = self.gram(left)
-            nb = self.rows.nb
-            G[:nb, :nb] += self.rows.firm
-            fit = Solved(b, *factor_of(G, self.prior))
+            fit = self._solved(G, b)
             self.fits[left] = replace(fit, q=fit.solve(b))
         return self.fits[left]
+
+    def within(self, left: Left) -> Solved:
+        """Factor of products within passes, of all folds but one; no fit: its q is of no use."""
+        if left not in self._within:
+            G = sum(self.grams(fold)[0][1] for fold in self.rows.folds if fold != left)
+            self._within[left] = self._solved(np.asarray(G), np.zeros(self.m))
+        return self._within[left]
+
+    def _solved(self, G: Array, b: Array) -> Solved:
+        G[: self.rows.nb, : self.rows.nb] += self.rows.firm
+        return Solved(b, *factor_of(G, self.prior))

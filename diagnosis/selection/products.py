@@ -17,8 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Products:
-    """Of each fold, of whitened columns with a model's (folds, m, shapes * k), with the torque
-    (folds, shapes * k) and with each other (folds, shapes, k, k)."""
+    """Of each fold, of whitened columns with a model's (2, folds, m, shapes * k), between passes and
+    within each; with the torque (folds, shapes * k), between passes; and with each other
+    (folds, shapes, k, k), within each."""
 
     folds: Sequence[int]
     cross: Array
@@ -31,19 +32,19 @@ class Products:
             return self.whole
         fold = self.folds.index(left)
         cross, right, own = self.whole
-        return cross - self.cross[fold], right - self.right[fold], own - self.own[fold]
+        return cross - self.cross[:, fold], right - self.right[fold], own - self.own[fold]
 
     @cached_property
     def whole(self) -> tuple[Array, Array, Array]:
         """Sums of all folds."""
-        return self.cross.sum(axis=0), self.right.sum(axis=0), self.own.sum(axis=0)
+        return self.cross.sum(axis=1), self.right.sum(axis=0), self.own.sum(axis=0)
 
 
 @dataclass(eq=False)
 class ShapeProducts:
     """Products of the columns of one shape that are known already: with the base model's columns,
-    with the torque, with each other, of each fold; with those of each term (folds, k', k); and the
-    share (R,) of a change of the reported torque that a gain of one takes away."""
+    with the torque, with each other, of each fold; with those of each term (2, folds, k', k); and
+    the share (R,) of a change of the reported torque that a gain of one takes away."""
 
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)

@@ -96,6 +96,20 @@ def test_gain_that_no_machine_has_is_no_evidence(most: float, there: bool) -> No
     assert (float((whole - left_out).sum()) > 0.0) == there
 
 
+def test_passes_that_move_differently_hardly_make_a_gain_smaller() -> None:
+    """A cubic spring beside a linear one that takes up most of it, on two passes each of three
+    motions, which differ by a tenth."""
+    rng, t = np.random.default_rng(8), np.linspace(0.0, 40.0, 400)
+    slow = np.sin(t + rng.uniform(0, 6, (3, 1, 1)))
+    q = (slow + 0.1 * np.sin(3 * t + rng.uniform(0, 6, (3, 2, 1)))).ravel()
+    y = q + 2.0 * q**3 + 0.1 * rng.normal(size=q.shape)
+    other = np.arange(len(q)).reshape(3, 2, 400)[:, ::-1].ravel()
+    plain = rows_of(y, q[:, None], np.array([1e-3]), np.arange(3).repeat(800))
+    rows = replace(plain, twins=csr_array(np.eye(len(q))[other]))
+    fits = tried(Moments(rows), effect_of(q[:, None] ** 3))
+    assert fits[None].gains[0, 0] == pytest.approx(2.0, rel=0.1)
+
+
 def test_no_column_takes_more_than_is_left() -> None:
     """Products between passes may lose their sign beside many terms: then a fall knows no end."""
     rng = np.random.default_rng(6)
