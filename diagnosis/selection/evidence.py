@@ -7,10 +7,10 @@ complement), and P the inverse variance of its gains,
     log Z = r' (S + P)^-1 r / 2 - log |S + P| / 2 + log |P| / 2
 
 is the evidence for it relative to the model alone. r is of products between passes, S of those
-within each: what moves differently from pass to pass, or is noise of a column, makes a gain less
-sure and is in the place of no torque. The evidence of all folds minus that of all but
-one is the log density at which the one is predicted: base parameters, gains and shapes are those of
-the others, with their uncertainty.
+within each: noise of a column must not make it seem small, and what moves differently from pass to
+pass is taken up by the model as well. So a gain is smaller by what the model leaves of that. The
+evidence of all folds minus that of all but one is the log density at which the one is predicted:
+base parameters, gains and shapes are those of the others, with their uncertainty.
 """
 
 from __future__ import annotations
@@ -108,11 +108,10 @@ def _beside(
     """What the fit to all folds but one leaves of the products of shapes of k columns, with each
     other (shapes, k, k) and with the torque (shapes, k), and where it leaves any (shapes,); of all
     folds, any of each column."""
-    between, within = cross
-    half = moments.within(left).half(within).reshape(moments.m, -1, k).transpose(1, 2, 0)
+    half = moments.within(left).half(cross[-1]).reshape(moments.m, -1, k).transpose(1, 2, 0)
     S = own - half @ half.transpose(0, 2, 1)
     whole, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (own, S))
-    rest = (right - between.T @ moments.fit(left).q).reshape(-1, k)
+    rest = (right - cross[0].T @ moments.fit(left).q).reshape(-1, k)
     seen = alone > GONE * whole
     # what left-out rows alone show says nothing without them: the others of the shape still do
     there = np.asarray(seen.all(axis=1) if left is None else seen.any(axis=1))
@@ -229,7 +228,7 @@ def evidence_of(moments: Moments, terms: Sequence[Term], left: Left = None) -> f
     """Evidence for terms of a model, all of them, of all folds but one [nats].
 
     Their gains q and covariance C in the fit of the whole model say it: C^-1 is S + P, and C^-1 q
-    is r, beside the model without them.
+    is r, beside the model without them, both of products between passes.
     """
     own = np.concatenate([np.arange(moments.m)[moments.place(term)] for term in terms])
     size, fit = moments.prior[own] ** -0.5, moments.fit(left)

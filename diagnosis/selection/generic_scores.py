@@ -123,6 +123,6 @@ def _beside(moments: Moments, kind: NamelessHypothesis) -> Beside:
 
 def _left_of(moments: Moments, left: Left, products: Products) -> Beside:
     """Of columns, beside the fit to all folds but one."""
-    (cross, within), right, own = products.without(left)
-    fit, half = moments.fit(left), moments.within(left).half(within)
-    return fit.solve(cross), own[0] - half.T @ half, right - cross.T @ fit.q
+    cross, right, own = products.without(left)
+    fit, half = moments.fit(left), moments.within(left).half(cross[-1])
+    return fit.solve(cross[0]), own[0] - half.T @ half, right - cross[0].T @ fit.q

@@ -127,13 +127,14 @@ class EffectHypothesis:
         """Of some shapes, which know their part from then on. Products of columns with each other
         are not between passes: noise in a column must not make it seem small."""
         folds, k, size = len(rows.folds), self.width, len(new) * self.width
-        cross, right = np.zeros((2, folds, rows.nb, size)), np.zeros((folds, size))
+        count = 2 if rows.repeated else 1
+        cross, right = np.zeros((count, folds, rows.nb, size)), np.zeros((folds, size))
         own = np.zeros((folds, len(new), k, k))
         for i, columns in self._white(new).items():
-            both = rows.across(columns), columns
+            ways = rows.ways(columns)
             for f, part in enumerate(rows.parts.values()):
-                for way, values in enumerate(both):
-                    cross[way, f] += rows.white_B.pulled(i, values[part], part)
+                for whole, values in zip(cross, ways, strict=True):
+                    whole[f] += rows.white_B.pulled(i, values[part], part)
                 right[f] += columns[part].T @ rows.twin_y[i][part]
                 single = columns.T[:, part].reshape(len(new), k, -1)
                 own[f] += single @ single.transpose(0, 2, 1)
@@ -143,7 +144,7 @@ class EffectHypothesis:
 
     @cached_property
     def _with(self) -> WeakKeyDictionary[Term, Array]:
-        """Products with accepted terms (2, folds, k', shapes * k) that are known already."""
+        """Products with accepted terms (ways, folds, k', shapes * k) that are known already."""
         return WeakKeyDictionary()
 
     def _fill_beside(self, terms: Sequence[Term], moments: Moments) -> None:
@@ -158,7 +159,7 @@ class EffectHypothesis:
         for new, own in lacking.items():
             white = self._white(new)
             for term in own:
-                whole = np.stack([_between(of, white, parts) for of in moments.both(term)])
+                whole = np.stack([_products_of(of, white, parts) for of in moments.both(term)])
                 for at, _, s in placed(new, self.width):
                     self.known[s].terms[term] = whole[..., at]
         for term in unknown:
@@ -168,7 +169,7 @@ class EffectHypothesis:
         return self.columns([self.shapes[s] for s in chosen])
 
 
-def _between(
+def _products_of(
     ones: Mapping[int, Array], others: Mapping[int, Array], parts: Collection[RowSelection]
 ) -> Array:
     """Products (folds, k', k) of columns on the same axes."""

@@ -1,15 +1,15 @@
 """Products of the base model's columns and of accepted terms with each other, for each fold.
 
 Between passes: of each instant's row in one pass with that in another, so that noise of angles and
-torques, also what feedback makes of it, is no part of them. Those within passes say how sure a fit
-to these is: see `information.py`.
+torques, also what feedback makes of it, is no part of them. Within passes: what the model takes up
+of a further column, with all that moves it.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.regression.design import Design, Stacked
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.solved import Solved, factor_of
+from flexhex.diagnosis.selection.solved import Factor, Solved, factor_of
 
 Array = NDArray[np.float64]
 Left = int | None
@@ -56,7 +56,7 @@ class Moments:
         prior[places] = np.array(list(freed.values())) * rows.doubt[places]
         self.prior = np.concatenate([prior, *(t.prior * tight.get(t, 1.0) for t in terms)])
         self.fits: dict[Left, Solved] = {}
-        self._within: dict[Left, Solved] = {}
+        self._within: dict[Left, Factor] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
         self._squares: dict[int, Array] = {}  # of the first columns, as far as they were asked for
         self._twins: dict[Term, Mapping[int, Array]] = {}
@@ -126,14 +126,15 @@ class Moments:
         longer._twins = dict(self._twins)
         for fold in self.rows.folds:
             (G, b), part, m = self.grams(fold), self.rows.parts[fold], self.m
-            whole, right = np.zeros((2, longer.m, longer.m)), np.zeros(longer.m)
+            both = longer.both(term)
+            whole, right = np.zeros((len(both), longer.m, longer.m)), np.zeros(longer.m)
             whole[:, :m, :m], right[:m] = G, b
-            for own, columns in zip(whole, longer.both(term), strict=True):
+            for own, columns in zip(whole, both, strict=True):
                 there = {i: white[part] for i, white in columns.items()}
                 own[:, m:] = longer.pulled(there, fold)
                 own[m:, :m] = own[:m, m:].T
                 own[m:, m:] = (own[m:, m:] + own[m:, m:].T) / 2
-            twins = longer.both(term)[0].items()
+            twins = both[0].items()
             right[m:] = sum(white[part].T @ self.rows.white_y[i][part] for i, white in twins)
             longer._grams[fold] = whole, right
         longer._squares = dict(self._squares)
@@ -147,7 +148,7 @@ class Moments:
         kept = np.setdiff1d(np.arange(self.m), gone)
         left = [t for t in self.terms if t not in terms]
         shorter = Moments(self.rows, left, self.freed, self.tight)
-        shorter._twins = {t: self.both(t)[0] for t in shorter.terms}
+        shorter._twins = {t: own for t, own in self._twins.items() if t in shorter.terms}
         own = np.ix_(kept, kept)
         shorter._grams = {
             f: (G[:, kept[:, None], kept], b[kept]) for f, (G, b) in self._grams.items()
@@ -156,12 +157,14 @@ class Moments:
         shorter._squares = {i: square[own] for i, square in whole.items()}
         return shorter
 
-    def both(self, term: Term) -> tuple[Mapping[int, Array], Mapping[int, Array]]:
-        """Whitened columns (R, k) of a term, of each axis: as the other passes have them, and as
-        they are."""
+    def both(self, term: Term) -> list[Mapping[int, Array]]:
+        """Whitened columns (R, k) of a term, of each axis: as the other passes have them, and, if
+        there are any, as they are."""
+        if not self.rows.repeated:
+            return [term.white]
         if term not in self._twins:
             self._twins[term] = {i: self.rows.across(white) for i, white in term.white.items()}
-        return self._twins[term], term.white
+        return [self._twins[term], term.white]
 
     def place(self, term: Term) -> slice:
         """Where the columns of a term stand."""
@@ -182,23 +185,24 @@ class Moments:
         return other
 
     def grams(self, fold: int) -> tuple[Array, Array]:
-        """X^T X (2, m, m), between and within passes, and X^T y (m,) between passes of a fold,
-        whitened; of a model with terms they are known."""
+        """X^T X (ways, m, m) of a fold, whitened, see `Rows.ways`, and X^T y (m,) between passes;
+        of a model with terms they are known."""
         if not self._grams:
             self._grams = self._products()
         return self._grams[fold]
 
     def _products(self) -> dict[int, tuple[Array, Array]]:
         rows = self.rows
-        products = {f: (np.zeros((2, self.m, self.m)), np.zeros(self.m)) for f in rows.folds}
+        count = len(rows.ways(np.zeros((rows.count, 0))))
+        products = {f: (np.zeros((count, self.m, self.m)), np.zeros(self.m)) for f in rows.folds}
         for i in range(rows.n):
             for places, values in rows.white_B.pieces[i]:
-                across = rows.across(values)
+                ways = rows.ways(values)
                 for fold, (G, b) in products.items():
                     part = rows.parts[fold]
-                    for own, columns in zip(G, (across, values), strict=True):
+                    for own, columns in zip(G, ways, strict=True):
                         own[:, places] += rows.white_B.pulled(i, columns[part], part)
-                    b[places] += across[part].T @ rows.white_y[i][part]
+                    b[places] += ways[0][part].T @ rows.white_y[i][part]
         return {fold: ((G + G.swapaxes(1, 2)) / 2, b) for fold, (G, b) in products.items()}
 
     def gram(self, left: Left) -> tuple[Array, Array]:
@@ -235,17 +239,16 @@ class Moments:
         """The fit to all folds but one."""
         if left not in self.fits:
             G, b = self.gram(left)
-            fit = self._solved(G, b)
-            self.fits[left] = replace(fit, q=fit.solve(b))
+            G[: self.rows.nb, : self.rows.nb] += self.rows.firm
+            self.fits[left] = Solved.of(factor_of(G, self.prior), b)
         return self.fits[left]
 
-    def within(self, left: Left) -> Solved:
-        """Factor of products within passes, of all folds but one; no fit: its q is of no use."""
+    def within(self, left: Left) -> Factor:
+        """Of products within passes, of all folds but one: what the model takes up of a column's
+        own square."""
+        if not self.rows.repeated:
+            return self.fit(left)
         if left not in self._within:
-            G = sum(self.grams(fold)[0][1] for fold in self.rows.folds if fold != left)
-            self._within[left] = self._solved(np.asarray(G), np.zeros(self.m))
+            G = sum(self.grams(fold)[0][-1] for fold in self.rows.folds if fold != left)
+            self._within[left] = factor_of(np.asarray(G), self.prior)
         return self._within[left]
-
-    def _solved(self, G: Array, b: Array) -> Solved:
-        G[: self.rows.nb, : self.rows.nb] += self.rows.firm
-        return Solved(b, *factor_of(G, self.prior))

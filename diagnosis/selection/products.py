@@ -17,9 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Products:
-    """Of each fold, of whitened columns with a model's (2, folds, m, shapes * k), between passes and
-    within each; with the torque (folds, shapes * k), between passes; and with each other
-    (folds, shapes, k, k), within each."""
+    """Of each fold, of whitened columns with a model's (ways, folds, m, shapes * k), between passes
+    and within each, see `Rows.ways`; with the torque (folds, shapes * k), between passes; and with
+    each other (folds, shapes, k, k), within each."""
 
     folds: Sequence[int]
     cross: Array
@@ -43,8 +43,8 @@ class Products:
 @dataclass(eq=False)
 class ShapeProducts:
     """Products of the columns of one shape that are known already: with the base model's columns,
-    with the torque, with each other, of each fold; with those of each term (2, folds, k', k); and
-    the share (R,) of a change of the reported torque that a gain of one takes away."""
+    with the torque, with each other, of each fold; with those of each term (ways, folds, k', k);
+    and the share (R,) of a change of the reported torque that a gain of one takes away."""
 
     base: tuple[Array, Array, Array] | None = None
     terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)

@@ -111,6 +111,16 @@ class Rows:
         others.eliminate_zeros()
         return others
 
+    @cached_property
+    def repeated(self) -> bool:
+        """Whether any row has another pass."""
+        return bool(self.pairs.nnz)
+
+    def ways(self, values: Array) -> list[Array]:
+        """Rows (R, ...) to take products with: as the other passes have them, for those between
+        passes, and, if there are any, as they are, for those within passes."""
+        return [self.across(values), values] if self.repeated else [values]
+
     def across(self, values: Array) -> Array:
         """Rows (R, ...) as the other passes have them."""
         return np.asarray(self.twins @ values)

@@ -16,11 +16,11 @@ and where noise made products between passes negative."""
 
 
 @dataclass(frozen=True)
-class Solved:
-    """A fit: coefficients q (m,); factor R and sizes s (m,) of G + prior = s R' R s; sure: no
-    direction has products between passes that only noise can make."""
+class Factor:
+    """Products with what is known of their coefficients: factor R and sizes s (m,) of
+    G + prior = s R' R s; sure: no direction has products between passes that only noise can
+    make."""
 
-    q: Array
     factor: Array
     size: Array
     sure: bool
@@ -37,13 +37,24 @@ class Solved:
 
     def covariance(self, places: NDArray[np.int64]) -> Array:
         """(G + prior)^-1 of some coefficients (k, k)."""
-        half = self.half(np.eye(len(self.q))[:, places])
+        half = self.half(np.eye(len(self.size))[:, places])
         return np.asarray(half.T @ half)
 
 
-def factor_of(G: Array, prior: Array) -> tuple[Array, Array, bool]:
-    """Factor and sizes of G + prior, and whether it is sure; directions that nothing determines
-    stay where they are."""
+@dataclass(frozen=True)
+class Solved(Factor):
+    """A fit: coefficients q (m,), too."""
+
+    q: Array
+
+    @staticmethod
+    def of(factor: Factor, right: Array) -> Solved:
+        """The fit to products with the torque (m,)."""
+        return Solved(factor.factor, factor.size, factor.sure, factor.solve(right))
+
+
+def factor_of(G: Array, prior: Array) -> Factor:
+    """Of G + prior; directions that nothing determines stay where they are."""
     own = np.maximum(np.abs(np.diag(G)), prior)
     size = np.sqrt(np.where(own > 0, own, 1.0))
     known, scaled = np.diag(prior / size**2 + FIRM), G / np.outer(size, size)
@@ -55,7 +66,7 @@ def factor_of(G: Array, prior: Array) -> tuple[Array, Array, bool]:
         scaled = (vectors * np.maximum(values, 0.0)) @ vectors.T
         factor = _factor(scaled + known + (0.0 if sure else UNSURE) * np.eye(len(G)))
     assert factor is not None
-    return factor, size, sure
+    return Factor(factor, size, sure)
 
 
 def _factor(square: Array) -> Array | None:

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from flexhex.diagnosis.hypotheses import candidates
 from flexhex.diagnosis.hypotheses.candidates import Bench
@@ -79,15 +80,36 @@ def test_products_are_those_of_each_shape_alone() -> None:
     effect_of([1]).beside(moments)
     both = effect_of([0, 1]).beside(moments)
     X, first = np.hstack([B, own[0]]), slice(0, ROWS // 2)
-    # with one pass alone products between passes are those within it
-    for cross in both.cross:
-        assert_close(cross[0], X[first].T @ C[first], atol=1e-12)
+    # nothing repeats: one way to take products
+    assert len(both.cross) == 1
+    assert_close(both.cross[0, 0], X[first].T @ C[first], atol=1e-12)
     assert_close(both.right[0], y[first, 0] @ C[first], atol=1e-12)
     for k in range(2):
         part = C[first, 2 * k : 2 * k + 2]
         assert_close(both.own[0, k], part.T @ part, atol=1e-12)
     rest = both.without(0)[0]
     assert_close(rest[0], X[ROWS // 2 :].T @ C[ROWS // 2 :], atol=1e-12)
+
+
+def test_products_of_passes_are_between_them_and_within_each() -> None:
+    """Of a model that was made longer and shorter again, with each other and with columns."""
+    rng = np.random.default_rng(9)
+    y, B, C = (rng.normal(size=(ROWS, k)) for k in (1, 3, 2))
+    plain = rows_of(y[:, 0], B, np.ones(3), np.zeros(ROWS, dtype=np.int64))
+    other = np.roll(np.arange(ROWS), ROWS // 2)
+    rows = replace(plain, twins=csr_array(np.eye(ROWS)[other]))
+    first, last = ({0: rng.normal(size=(ROWS, 2))} for _ in range(2))
+    terms = [Term(own, own, np.ones(2)) for own in (first, last)]
+    moments = Moments(rows).extended(terms[0]).extended(terms[1]).without(terms[0])
+    X, most = np.hstack([B, last[0]]), np.full(2, np.inf)
+    effect = EffectHypothesis("any", 0, ({},), lambda _: {0: C}, (0,), -most, most, 1, "", False, 1)
+    products = effect.beside(moments)
+    for way, values in enumerate((X[other], X)):
+        whole = values.T @ X
+        assert_close(moments.grams(0)[0][way], (whole + whole.T) / 2, atol=1e-12)
+        assert_close(products.cross[way, 0], values.T @ C, atol=1e-12)
+    assert_close(products.own[0, 0], C.T @ C, atol=1e-12)
+    assert_close(moments.grams(0)[1], X[other].T @ y[:, 0], atol=1e-12)
 
 
 def test_columns_of_one_effect_leave_those_of_others_as_they_are(tmp_path: Path) -> None:
