@@ -127,7 +127,7 @@ class EffectHypothesis:
         """Of some shapes, which know their part from then on. Products of columns with each other
         are not between passes: noise in a column must not make it seem small."""
         folds, k, size = len(rows.folds), self.width, len(new) * self.width
-        count = 2 if rows.repeated else 1
+        count = 1 + rows.repeated
         cross, right = np.zeros((count, folds, rows.nb, size)), np.zeros((folds, size))
         own = np.zeros((folds, len(new), k, k))
         for i, columns in self._white(new).items():

@@ -134,8 +134,7 @@ class Moments:
                 own[:, m:] = longer.pulled(there, fold)
                 own[m:, :m] = own[:m, m:].T
                 own[m:, m:] = (own[m:, m:] + own[m:, m:].T) / 2
-            twins = both[0].items()
-            right[m:] = sum(white[part].T @ self.rows.white_y[i][part] for i, white in twins)
+            right[m:] = sum(w[part].T @ self.rows.white_y[i][part] for i, w in both[0].items())
             longer._grams[fold] = whole, right
         longer._squares = dict(self._squares)
         return longer
@@ -150,9 +149,7 @@ class Moments:
         shorter = Moments(self.rows, left, self.freed, self.tight)
         shorter._twins = {t: own for t, own in self._twins.items() if t in shorter.terms}
         own = np.ix_(kept, kept)
-        shorter._grams = {
-            f: (G[:, kept[:, None], kept], b[kept]) for f, (G, b) in self._grams.items()
-        }
+        shorter._grams = {f: (G[:, own[0], own[1]], b[kept]) for f, (G, b) in self._grams.items()}
         whole = {i: square for i, square in self._squares.items() if len(square) == self.m}
         shorter._squares = {i: square[own] for i, square in whole.items()}
         return shorter
@@ -192,8 +189,7 @@ class Moments:
         return self._grams[fold]
 
     def _products(self) -> dict[int, tuple[Array, Array]]:
-        rows = self.rows
-        count = len(rows.ways(np.zeros((rows.count, 0))))
+        rows, count = self.rows, 1 + self.rows.repeated
         products = {f: (np.zeros((count, self.m, self.m)), np.zeros(self.m)) for f in rows.folds}
         for i in range(rows.n):
             for places, values in rows.white_B.pieces[i]:
