@@ -43,7 +43,7 @@ def test_identified_shows_what_the_command_prints(identified: flexhex.Identified
 def test_diagnosis_shows_its_verdict_first_and_html_says_the_same() -> None:
     diagnosis = flexhex.diagnose_runs(RUNS, base="axis")
     first, *_ = repr(diagnosis).splitlines()
-    assert first.startswith("Axis 1 has Coulomb friction")
+    assert first.startswith("Verdict: named. Axis 1 has Coulomb friction")
     page = diagnosis._repr_html_()
     assert first in unescape(re.sub(r"<[^>]*>", "", page))
     assert page.count("<table>") == repr(diagnosis).count("───\n") > 1
