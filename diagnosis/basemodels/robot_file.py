@@ -22,6 +22,7 @@ from flexhex.diagnosis.basemodels.robot_joints import (
     moving_joints,
     refuse_couplings,
     refuse_mimics,
+    refuse_other_order,
 )
 from flexhex.diagnosis.basemodels.robot_more import ENDING, Load, More, is_more, read_more
 from flexhex.diagnosis.basemodels.robot_sdf import as_urdf
@@ -108,6 +109,7 @@ def read_robot(
     named = joints or more.joints or (logged if {*logged} <= {*moving} else ())
     where = more.where("joints") if more.joints and not joints else OPTION
     chosen = chosen_joints(file, tree, moving, named, axes, where)
+    refuse_other_order(logged, chosen, where)
     refuse_mimics(file, tree, chosen)
     kinds = [kind_of(file, name, model.joints[model.getJointId(name)]) for name in chosen]
     locked = [k for k, name in enumerate(model.names) if k and name not in chosen]

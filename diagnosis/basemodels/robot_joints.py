@@ -23,6 +23,21 @@ def moving_joints(tree: ElementTree.Element, known: Sequence[str]) -> list[str]:
     return [*dict.fromkeys(name for name in names if name in known)] or list(known)
 
 
+def refuse_other_order(logged: Sequence[str], chosen: Sequence[str], where: str) -> None:
+    """UsageError, or of a file's choice MachineError, where logs name the same joints in another
+    order."""
+    pairs = zip(logged, chosen, strict=False)
+    other = next(((k, *pair) for k, pair in enumerate(pairs, start=1) if pair[0] != pair[1]), None)
+    if other is None or {*logged} != {*chosen}:
+        return
+    axis, theirs, ours = other
+    error = UsageError if where == OPTION else MachineError
+    raise error(
+        f"{where}: {ours} is axis {axis}, where the logs name {theirs}: leave it out, as they say"
+        " which joint is which, or mend their names"
+    )
+
+
 def chosen_joints(
     file: Path,
     tree: ElementTree.Element,

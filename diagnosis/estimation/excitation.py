@@ -12,6 +12,7 @@ whose logarithms are summed up (the D-criterion of optimal design, of sums inste
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +33,9 @@ from flexhex.fmus.common.effects import Experiment
 Array = NDArray[np.float64]
 SECONDS = 20.0
 """Of a motion."""
-TRIED = tuple((base, seed) for base in (0.05, 0.1, 0.2) for seed in (1, 2, 3))
-"""Lowest frequency [Hz] and seed of the phases of each motion that is tried."""
+TRIED = tuple(product((0.05, 0.1, 0.2), (3, 10), (1, 2, 3)))
+"""Lowest frequency [Hz], number of sines, and seed of the phases of each motion that is tried: few
+slow ones go far where the accelerations of the logs are low."""
 FINEST = 2e-3
 """Sample time of a motion, at least [s]."""
 
@@ -68,9 +70,9 @@ def excitation(identified: Identified) -> Excitation:
             row[places[name]] = factor * model.scale[places[name]]
     now = _spread(A, regression.prior, C)
     tried = []
-    for base, seed in TRIED:
+    for base, sines, seed in TRIED:
         spec = Experiment(
-            "multisine", {"f_base": base, "seed": seed, "duration": SECONDS, "n_sines": 10}
+            "multisine", {"f_base": base, "seed": seed, "duration": SECONDS, "n_sines": sines}
         )
         motion = make(spec, limits, ts, "next")
         more = _information(identified, motion)

@@ -149,6 +149,10 @@ def _attenuation(estimated: Estimated, deviation: Array) -> list[str]:
 
 
 def _notes(estimated: Estimated, errors: Errors) -> list[str]:
+    trajectories = {block.run.trajectory for block in estimated.model.blocks}
+    asked = "`flexhex diagnose` says what"
+    if len(trajectories) == 1:
+        asked += ", given runs of another trajectory"
     deviation = np.maximum(np.sqrt(np.diag(estimated.covariance)), np.finfo(float).tiny)
     off = np.abs(estimated.free - estimated.values) / deviation
     against = {name: float(max(off[k] for k in own)) for name, own in estimated.wrong.items()}
@@ -162,7 +166,7 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
         notes.append(
             f"{', '.join(sure)}: the runs alone ask for values that no machine has, up to"
             f" {far} standard deviations away; these are the"
-            " nearest that one can have. Something else is missing: `flexhex diagnose` says what"
+            f" nearest that one can have. Something else is missing: {asked}"
         )
     if within:
         notes.append(
@@ -180,6 +184,6 @@ def _notes(estimated: Estimated, errors: Errors) -> list[str]:
     if poor:
         notes.append(
             f"more than {LARGE:.0%} of the torque of {axes_named(poor)} is left: the intervals"
-            " hold for this model, which lacks something: `flexhex diagnose` says what"
+            f" hold for this model, which lacks something: {asked}"
         )
     return notes

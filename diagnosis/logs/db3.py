@@ -56,5 +56,8 @@ def read_db3(path: Path, options: Options) -> Raw:
     except LogError:
         raise
     except Exception as error:  # those of SQLite and of the decoder
-        raise LogError(f"{path}: not a readable bag of ROS 2 ({error})") from None
+        raise LogError(
+            f"{path}: not a readable bag of ROS 2 ({error}): copy or record it again, or `sqlite3"
+            f" {path.name} .recover`"
+        ) from None
     return raw_of(path, options, messages, {name for _, name, _ in topics})

@@ -28,12 +28,16 @@ Messages = Mapping[str, list[tuple[int, Any]]]
 def raw_of(path: Path, options: Options, messages: Messages, others: Collection[str]) -> Raw:
     """The messages of the only topic that has any; others: all topics of the bag. LogError tells
     what it has instead."""
-    if len(messages) != 1:
-        shown = ", ".join(sorted(messages) or sorted(others)) or "nothing"
-        what = "on several topics" if messages else "on no topic"
+    if not messages:
+        shown = ", ".join(sorted(others)) or "nothing"
         raise LogError(
-            f"{path}: JointState messages {what}: it has {shown}; write those of one robot into a"
-            " bag of their own (`ros2 bag convert`)"
+            f"{path}: JointState messages on no topic: it has {shown}; record that of the joints,"
+            " often /joint_states"
+        )
+    if len(messages) > 1:
+        raise LogError(
+            f"{path}: JointState messages on several topics: {', '.join(sorted(messages))}; write"
+            " those of one robot into a bag of their own (`ros2 bag convert`)"
         )
     ((topic, listed),) = messages.items()
     count: Counter[tuple[str, ...]] = Counter(tuple(sorted(m.name)) for _, m in listed)
@@ -56,7 +60,10 @@ def raw_of(path: Path, options: Options, messages: Messages, others: Collection[
     for table in raw.tables:
         # joints that slide have others
         table.stated = False
-    text = f"axes are the joints {meta['joints']} (--joints takes them so), in rad and N m"
+    text = (
+        f"axes are the joints {meta['joints']}, efforts are taken for N m (of currents say --unit"
+        " tau_meas=A with --torque-constant)"
+    )
     raw.findings.append(Finding("names", f"{path}: {topic}", text, True))
     if len(count) > 1:
         text = f"{len(listed) - len(kept)} messages of other joints are left out"

@@ -51,9 +51,12 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
     """Read one run; LogError tells file, channel and remedy for whatever is wrong."""
     path, options = Path(path), options or Options()
     names = Names(options.rename)
+    if path.is_dir():
+        within = sorted(file for file in path.iterdir() if file.suffix.lower() in READERS)
+        hint = f", {within[0]}" if within else ""
+        raise LogError(f"{unreadable(path, IsADirectoryError())}{hint}")
     if not path.is_file():
-        missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
-        raise LogError(unreadable(path, missing))
+        raise LogError(unreadable(path, FileNotFoundError()))
     if path.suffix.lower() not in READERS:
         raise LogError(f"{path}: {no_log(path)}")
     module, function = READERS[path.suffix.lower()]

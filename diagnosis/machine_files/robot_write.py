@@ -2,13 +2,12 @@
 format has a place for of friction, damping and rotors, in place of what was there.
 
 Parts on fixed or locked joints belong to the body before them. They stay as they are, and the body
-takes the difference; where that is no body, as all of it was found lighter, they are scaled down. A
+takes the difference; where that is no body, as what was found leaves none, they are scaled down. A
 tool that a TOML adds stays there.
 """
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -33,14 +32,17 @@ SAME = 1e-9
 STATES = 50
 
 
-def write_robot(path: Path, base: RobotBase, file: Path, values: Mapping[str, float]) -> list[str]:
+def write_robot(
+    path: Path, base: RobotBase, file: Path, values: Mapping[str, float]
+) -> tuple[list[str], dict[str, float]]:
     """Write `file` with these values, by the names of `base.linear` and `F_c[i]`, `d[i]`; the names
-    of values that the format has no place for. Read back before it is there: MachineError, and no
-    file, where it does not give the same torques."""
+    of values that the format has no place for, and the shares to which parts were scaled. Read back
+    before it is there: MachineError, and no file, where it does not give the same torques."""
     root = etree.parse(str(file), etree.XMLParser(resolve_entities=False)).getroot()
     writer = _Urdf(root, file) if file.suffix == ".urdf" else _Mjcf(root, file)
     robot, p, pin = base.robot, np.array([values[k.name] for k in base.linear]), pinocchio(file)
     frames = {f.name: f.placement for f in robot.model.frames if f.type == pin.FrameType.BODY}
+    scaled = dict[str, float]()
     for k, (place, joint, body) in enumerate(zip(*_named(base), strict=True)):
         parts = _parts(base, place, writer)
         rest = sum(parts.values(), start=np.zeros(10))
@@ -52,20 +54,19 @@ def write_robot(path: Path, base: RobotBase, file: Path, values: Mapping[str, fl
         for name, part in parts.items() if share < 1 else ():
             less = pin.Inertia.FromDynamicParameters(share * part)
             writer.inertia(name, frames[name].actInv(less))
+            scaled[name] = share
         friction = {n: values.get(f"{n}[{k + 1}]") for n in PLACES[file.suffix]}
         writer.axis(joint, {n: v for n, v in friction.items() if v is not None})
     text = etree.tostring(root, encoding="utf-8", xml_declaration=True, pretty_print=True)
-    handle, name = tempfile.mkstemp(suffix=file.suffix, dir=path.resolve().parent)
-    try:
-        with os.fdopen(handle, "wb") as output:
-            output.write(text)
-        _refuse_other(Path(name), path, base, values)
-        Path(name).replace(path)
-    finally:
-        Path(name).unlink(missing_ok=True)
+    # a file of its own may be read by nobody else
+    with tempfile.TemporaryDirectory(dir=path.resolve().parent) as folder:
+        made = Path(folder) / f"made{file.suffix}"
+        made.write_bytes(text)
+        _refuse_other(made, path, base, values)
+        made.replace(path)
     placed = {known.name for known in base.linear[: 10 * base.n]}
     placed |= {f"{n}[{k + 1}]" for n in PLACES[file.suffix] for k in range(base.n)}
-    return [name for name in values if name not in placed]
+    return [name for name in values if name not in placed], scaled
 
 
 def _named(base: RobotBase) -> tuple[Sequence[int], Sequence[str], Sequence[str]]:

@@ -20,12 +20,12 @@ from flexhex.diagnose.view import (
     CHANGED,
     IDENTIFIED,
     LOOPS,
-    PARAMETERS,
     SIDES,
     axis_names,
     changed_rows,
     judged,
     parameter_rows,
+    parameters_title,
     remarks,
     residual_columns,
     residual_rows,
@@ -109,7 +109,7 @@ def _effects(diagnosis: Diagnosis) -> list[PageSection]:
         parts.append(PageSection("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
     if diagnosis.parameters:
         text, rows = " ".join(vague(diagnosis)), parameter_rows(diagnosis)
-        parts.append(PageSection(PARAMETERS, text, IDENTIFIED, rows, words=True))
+        parts.append(PageSection(parameters_title(diagnosis), text, IDENTIFIED, rows, words=True))
     return parts
 
 

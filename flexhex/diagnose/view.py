@@ -30,7 +30,6 @@ MOST_FINDINGS, MOST_NAMES = 10, 4
 """Findings, and names of parameters in a sentence, that are shown; the report has all findings."""
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
 IDENTIFIED = ("parameter", "estimate", "95 %", "unit")
-PARAMETERS = "Parameters of the base model, beside what was found"
 
 
 def print_diagnosis(
@@ -56,7 +55,7 @@ def diagnosis_parts(diagnosis: Diagnosis) -> list[Part]:
         parts.append(titled("Parameters that deviate from the machine file", CHANGED, rows))
     if diagnosis.parameters:
         if rows := parameter_rows(diagnosis):
-            parts.append(titled(PARAMETERS, IDENTIFIED, rows))
+            parts.append(titled(parameters_title(diagnosis), IDENTIFIED, rows))
         parts += map(Sentence, vague(diagnosis))
     residual = diagnosis.residual
     if np.isfinite(residual.before).any():
@@ -94,6 +93,11 @@ def parameter_rows(diagnosis: Diagnosis) -> Rows:
             e = one.estimate
             rows.append((one.name, *side_by_side(e), printed(e.unit)))
     return rows
+
+
+def parameters_title(diagnosis: Diagnosis) -> str:
+    """What stands above them."""
+    return "Parameters of the base model" + ", beside what was found" * bool(diagnosis.effects)
 
 
 def vague(diagnosis: Diagnosis) -> tuple[str, ...]:

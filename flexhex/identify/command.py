@@ -24,7 +24,8 @@ SETTLE = 2.0
 
 def identify_command(
     logs: Annotated[
-        list[Path], typer.Argument(metavar="LOG...", help="logs of one machine (CSV, HDF5, MAT)")
+        list[Path],
+        typer.Argument(metavar="LOG...", help="logs of one machine: CSV, HDF5, MAT, bags of ROS 2"),
     ],
     held_out: Annotated[
         list[Path] | None,

@@ -117,7 +117,7 @@ def identified_parts(
         )
     hidden = [one for one in identified.parameters if not one.determined and not one.exact]
     if hidden and not every:
-        near = " and stay near the file's values" if has_file(identified) else ""
+        near = ": their values mean something together alone" if has_file(identified) else ""
         parts.append(
             Sentence(
                 f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by"

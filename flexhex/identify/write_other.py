@@ -70,10 +70,17 @@ def write_identified(path: Path, identified: Identified) -> tuple[list[Path], li
     base = identified.estimated.model.base
     assert isinstance(base, RobotBase)
     values = {one.name: one.estimate.value for one in identified.parameters}
-    left = write_robot(path, base, base.file, values)
+    left, scaled = write_robot(path, base, base.file, values)
     beside = path.with_suffix(".json")
     beside.write_text(identified_json(identified) + "\n", encoding="utf-8")
-    return [path, beside], _without(path, beside, [name for name in left if values[name]])
+    notes = _without(path, beside, [name for name in left if values[name]])
+    for share in sorted({*scaled.values()}):
+        names = ", ".join(name for name, own in scaled.items() if own == share)
+        notes.append(
+            f"{path}: {names} have {share:.2g} of the file's mass and inertia: with all of it no"
+            " body would be left for the link that carries them"
+        )
+    return [path, beside], notes
 
 
 def _without(path: Path, beside: Path, left: Sequence[str]) -> list[str]:

@@ -29,7 +29,7 @@ def estimated(off: float, deviation: float) -> Any:
         covariance=np.diag([deviation, 1e-3, 1e-5]) ** 2,
         wrong={"J[1]": (0,)},
         attenuated=np.array([0.1, 0.0, 0.1]) * values,
-        model=SimpleNamespace(base=SimpleNamespace(n=1)),
+        model=SimpleNamespace(base=SimpleNamespace(n=1), blocks=()),
     )
 
 

@@ -70,8 +70,10 @@ def test_mujoco_reads_what_was_written_as_mjcf(share: float, tmp_path: Path) -> 
     file.write_text(CART)
     base = base_for(file, (LINEAR, ROTARY, ROTARY))
     values, moved = changed(base, share), states(3)
-    left = write_robot(written, base, file, {**values, "o[2]": 0.3})
+    left, scaled = write_robot(written, base, file, {**values, "o[2]": 0.3})
     assert left == ["o[2]"]
+    assert bool(scaled) == (share < 0)
+    assert all(part < 1 for part in scaled.values())
     wanted = torques(base, values, moved)
     assert_close(felt(written, moved), wanted, atol=1e-9 * np.abs(wanted).max())
     model = mujoco.MjModel.from_xml_path(str(written))
@@ -83,7 +85,8 @@ def test_mujoco_reads_what_was_written_as_urdf(tmp_path: Path) -> None:
     written = tmp_path / "arm.urdf"
     base = base_for(ARM, (ROTARY,) * 6)
     values, moved = changed(base, 0.2), states(6)
-    left = write_robot(written, base, ARM, values)
+    left, scaled = write_robot(written, base, ARM, values)
+    assert not scaled
     assert left == [f"J_r[{i}]" for i in range(1, 7)]  # URDF has no place for rotors
     wanted = torques(base, {**values, **dict.fromkeys(left, 0.0)}, moved)
     assert_close(felt(written, moved), wanted, atol=1e-9 * np.abs(wanted).max())

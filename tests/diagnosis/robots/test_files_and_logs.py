@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.fmus.common.errors import UsageError
 from tests.compare import assert_close
 from tests.diagnosis.robots.simulated import FILE
 from tests.diagnosis.robots.test_robots import log, motion
@@ -37,12 +38,11 @@ def test_joints_of_a_file_are_in_the_order_in_which_logs_name_them() -> None:
     wanted = usual.torque(moved, p)[:, order]
     assert_close(named(*names), wanted, atol=1e-11)
     assert_close(named(joints=tuple(names)), wanted, atol=1e-11)
-    # names of another robot say nothing, and an option outweighs what a log says
-    for said, joints in (
-        (("a", "b", "c", "d", "e", "f"), ()),
-        (names, tuple(f"j{k}" for k in range(1, 7))),
-    ):
-        assert_close(named(*said, joints=joints), usual.torque(turned, p), atol=1e-11)
+    # names of another robot say nothing
+    for joints in (), tuple(f"j{k}" for k in range(1, 7)):
+        assert_close(named(*"abcdef", joints=joints), usual.torque(turned, p), atol=1e-11)
+    with pytest.raises(UsageError, match=r"^--joints: j1 is axis 1, where the logs name j3: leave"):
+        named(*names, joints=tuple(f"j{k}" for k in range(1, 7)))
 
 
 def test_names_of_another_file_are_told_with_the_axes_they_are_taken_for() -> None:
