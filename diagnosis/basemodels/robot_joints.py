@@ -33,8 +33,8 @@ def refuse_other_order(logged: Sequence[str], chosen: Sequence[str], where: str)
     axis, theirs, ours = other
     error = UsageError if where == OPTION else MachineError
     raise error(
-        f"{where}: {ours} is axis {axis}, where the logs name {theirs}: leave it out, as they say"
-        " which joint is which, or mend their names"
+        f"{where}: {ours} is axis {axis}, where the logs name {theirs}: leave this choice out, as"
+        " the logs say which joint is which, or mend the names in them"
     )
 
 

@@ -117,11 +117,10 @@ def identified_parts(
         )
     hidden = [one for one in identified.parameters if not one.determined and not one.exact]
     if hidden and not every:
-        near = ": their values mean something together alone" if has_file(identified) else ""
         parts.append(
             Sentence(
                 f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by"
-                f" these motions by themselves{near} ({rest.hidden})."
+                f" these motions by themselves ({rest.hidden})."
             )
         )
     if silent := [name for name in identified.silent if name not in exact]:

@@ -90,6 +90,9 @@ def test_mujoco_reads_what_was_written_as_urdf(tmp_path: Path) -> None:
     assert left == [f"J_r[{i}]" for i in range(1, 7)]  # URDF has no place for rotors
     wanted = torques(base, {**values, **dict.fromkeys(left, 0.0)}, moved)
     assert_close(felt(written, moved), wanted, atol=1e-9 * np.abs(wanted).max())
+    # as any file that is made here, no temporary one of its owner
+    (tmp_path / "plain").touch()
+    assert written.stat().st_mode == (tmp_path / "plain").stat().st_mode
     text = written.read_text()
     assert 'friction="0.3"' in text
     assert 'damping="0.12"' in text

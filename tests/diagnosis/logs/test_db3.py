@@ -101,6 +101,13 @@ def test_messages_of_a_topic_with_two_numbers_are_one_log(tmp_path: Path) -> Non
     assert_close(log.theta, Q, atol=1e-12)
 
 
+def test_folder_of_a_bag_is_refused_with_the_log_in_it(tmp_path: Path) -> None:
+    (tmp_path / "metadata.yaml").touch()
+    bag(tmp_path / "run_0.db3", STATES, messages())
+    with pytest.raises(LogError, match=r"is a folder: name a file in it, .*/run_0\.db3$"):
+        read_log(tmp_path)
+
+
 def test_what_is_no_log_is_refused(tmp_path: Path) -> None:
     others = [("/scan", "sensor_msgs/msg/LaserScan")]
     with pytest.raises(LogError, match=r"on no topic: it has /scan"):
