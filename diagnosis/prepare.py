@@ -122,6 +122,7 @@ def run_set_of(
     findings = (*getattr(base, "remarks", ()), *findings)
     for effect in own.values():
         effect.check(base.n)
+    own |= {use.id: use.own for use in base.stated.uses if use.own is not None}
     for log in [*ours, *theirs]:
         width = log["theta"].width
         refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")

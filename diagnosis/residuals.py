@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.jointfit.known import known_torque
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -37,7 +38,11 @@ class Before:
 
 
 def before_of(model: Calibrated, others: Elsewhere | None) -> Before:
-    """Of a base model, on its own runs and on others."""
+    """Of a base model with what its file states, on its own runs and on others."""
+    told = model.base.stated.uses
+    if told:
+        model = model.less(known_torque(model, told))
+        others = others and others.without(told)
     plain, bare = model.regression.q, model.nominal
     judged: dict[str, Array] = {}
     if others is not None:
@@ -79,6 +84,18 @@ def residual_of(before: Before, side: Side) -> Residual:
         repeatable,
         judged,
         resting,
+    )
+
+
+def unmoved(residual: Residual) -> Residual:
+    """Where nothing was found that the model has not: after is before."""
+    held_out = residual.held_out
+    held_out = {**held_out, "after": held_out["before"]} if held_out else held_out
+    return replace(
+        residual,
+        after=residual.before,
+        repeatable_after=residual.repeatable,
+        held_out=held_out,
     )
 
 

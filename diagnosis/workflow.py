@@ -24,7 +24,15 @@ from flexhex.diagnosis.jointfit.smoothed import fitted
 from flexhex.diagnosis.mechanism import mechanism, steadily
 from flexhex.diagnosis.prepare import Given, Options, RunSet, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
-from flexhex.diagnosis.residuals import before_of, levelled, residual_of, resting, slow, unseen
+from flexhex.diagnosis.residuals import (
+    before_of,
+    levelled,
+    residual_of,
+    resting,
+    slow,
+    unmoved,
+    unseen,
+)
 from flexhex.diagnosis.result.changed import tolerated_of
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.laden import answered
@@ -37,6 +45,7 @@ from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.decided import verdict_of
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
+from flexhex.diagnosis.stated import compared
 from flexhex.diagnosis.strips import strips
 from flexhex.numeric.memory import give_back
 
@@ -122,10 +131,13 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), settled)
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
-    changed = settled.changed
+    named, others, said = compared(settled.fit, named, settled.nameless, CRITERIA)
+    changed, notes = (*settled.changed, *others), [*said, *notes]
     residual = residual_of(
         before if main is settled else before_of(main.fit.bench.model, main.others), main
     )
+    if said and not (named or changed):
+        residual = unmoved(residual)
     told = [rest.axis - 1 for rest in main.rests]
     notes += [*slow(residual, levelled(main)), *unseen(residual, told), *resting(residual)]
     verdict = verdict_of(model, sides, named, changed, notes, run_set.coarse)

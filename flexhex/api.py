@@ -289,7 +289,8 @@ def identify_runs(
 def save_identified(identified: Identified, path: File) -> Written:
     """Write what was identified, by the ending: the robot's file with the new values (.urdf, .xml,
     as the base is), all values with intervals (.csv, .json), or the inverse dynamics as an FMU for
-    feedforward (.fmu, docs/identify.md). Beside a robot's file a .json holds all values.
+    feedforward (.fmu, docs/identify.md). Beside a robot's file a .toml holds what it has no place
+    for, the next `base`, and a .json all values.
 
     Raises UsageError for another ending, FlexhexError where it cannot be written, BuildError
     without a C compiler, and MachineError for what cannot be written back or compiled.

@@ -41,7 +41,7 @@ Tolerances = Annotated[
         metavar="KEY=VALUE",
         help="one standard deviation of what a machine's or robot's file says, relative, in"
         " place of its [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma,"
-        " geometry, gravity",
+        " geometry, gravity, effects",
     ),
 ]
 

@@ -128,6 +128,15 @@ LATE = 2.5
 cycles of a controller, of a bus and of a logger. One tolerance."""
 
 
+@dataclass(frozen=True)
+class Stated:
+    """Effects that the file of a base model states; tolerance: one standard deviation of their
+    gains, relative, that is not worth a word."""
+
+    uses: tuple[EffectUse, ...] = ()
+    tolerance: float = 0.0
+
+
 @runtime_checkable
 class Standing(Protocol):
     """What a base model that knows how its machine stands can say of another way."""
@@ -186,6 +195,9 @@ class Base(Protocol):
     """Ids of effects that the base model has terms for already: no candidates."""
     given: tuple[EffectUse, ...]
     """Effects that the model has already, at the values of its file."""
+    stated: Stated
+    """Effects that the runs are asked for as for all others, and that are no finding where they
+    come out as the file has them."""
     payload: tuple[int, ...]
     """Places in `linear` of the parameters that a payload changes."""
     rotors: tuple[int, ...]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.basemodels.base import LATE, Geometry, Known, Motion
+from flexhex.diagnosis.basemodels.base import LATE, Geometry, Known, Motion, Stated
 from flexhex.diagnosis.kinds import Kinds
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
@@ -30,6 +30,7 @@ class ColumnBase:
     late = LATE
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
+    stated = Stated()
     payload: tuple[int, ...] = ()
     rotors: tuple[int, ...] = ()
     reach = np.inf

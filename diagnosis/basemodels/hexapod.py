@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.basemodels.base import LATE, Geometry, Known, Motion
+from flexhex.diagnosis.basemodels.base import LATE, Geometry, Known, Motion, Stated
 from flexhex.diagnosis.basemodels.closure import Closure, dahl_scan
 from flexhex.diagnosis.basemodels.hexapod_geometry import geometry_of
 from flexhex.fmus.common.machine.machine import Machine
@@ -44,6 +44,7 @@ class HexapodBase:
     window, spacing, settle = 0.0105, 0.005, 1.0
     late = LATE
     holds = frozenset({"viscous_friction", "torque_offset", "linear_stiffness"})
+    stated = Stated()
     rotors: tuple[int, ...] = ()
     complete = True
 

@@ -81,7 +81,7 @@ class Load:
 
 class More(Section):
     """What a TOML file says beside the robot's file; see docs/own-base.md. gravity (3,) [m/s2]: in
-    the frame of the foot."""
+    the frame of the foot. effects: entries that `robot_effects` reads."""
 
     robot: Annotated[str, Field(min_length=1)]
     joints: tuple[str, ...] = ()
@@ -89,12 +89,18 @@ class More(Section):
     tolerance: RobotTolerance = RobotTolerance()
     rotor: dict[str, Rotor] = Field(default_factory=dict)
     tool: Tool | None = None
+    effects: tuple[dict[str, Any], ...] = ()
     _said_by: Path = PrivateAttr(default=Path())
 
     @property
     def file(self) -> Path:
         """The robot's file; its path counts from the TOML's folder."""
-        return self._said_by.parent / self.robot
+        return self.folder / self.robot
+
+    @property
+    def folder(self) -> Path:
+        """Where the TOML is."""
+        return self._said_by.parent
 
     def where(self, key: str) -> str:
         """What an error about a key begins with."""

@@ -3,8 +3,8 @@
     tau = sum over bodies of Y_k(theta, thetad, thetadd) p_k + J_r thetadd
 
 linear in ten parameters of each body and the rotor inertia J_r of each axis, seen behind its gear,
-which is free unless the file or one beside it has it. Friction of any kind is left out, whatever
-the file says: it is for the library.
+which is free unless the file or one beside it has it. Friction and damping of the file, and effects
+of the TOML beside it, are `stated`: the runs say whether they are as the file has them.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.basemodels.base import Known, Motion
+from flexhex.diagnosis.basemodels.base import Known, Motion, Stated
 from flexhex.diagnosis.basemodels.columns import ColumnBase
+from flexhex.diagnosis.basemodels.robot_effects import effects_of
 from flexhex.diagnosis.basemodels.robot_file import Robot, pinocchio
 from flexhex.diagnosis.basemodels.robot_geometry import Placements, configurations
 from flexhex.diagnosis.basemodels.robot_tree import tree_torques
@@ -49,6 +50,7 @@ class RobotBase(ColumnBase):
         self._identity = np.eye(n)
         placements = Placements(robot, self._pin, self.length, tolerance)
         self.geometry = placements if placements.known else None
+        self.stated = Stated(effects_of(file, robot), tolerance.effects)
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, 11 n): bodies in the order of the axes, then rotors."""

@@ -17,13 +17,14 @@ Known = TypeVar("Known", bound=BodyTolerance)
 class RobotTolerance(BodyTolerance):
     """How well a robot's file knows the robot: one standard deviation each. centre, geometry:
     relative to the longest way between joints or to a centre; gravity: direction of the robot's
-    foot [rad]. 0: exact."""
+    foot [rad]; effects: friction and other effects. 0: exact."""
 
     mass: Annotated[float, quantity("1", ge=0, le=1, bare=True)] = BodyTolerance().mass
     inertia: Annotated[float, quantity("1", ge=0, le=1, bare=True)] = BodyTolerance().inertia
     centre: Annotated[float, quantity("1", ge=0, le=1, bare=True)] = BodyTolerance().centre
     geometry: Annotated[float, quantity("1", ge=0, le=0.1, bare=True)] = BodyTolerance().geometry
     gravity: Annotated[float, quantity("1", ge=0, le=0.1, bare=True)] = 0.002
+    effects: Annotated[float, quantity("1", ge=0, le=10, bare=True)] = 0.1
 
 
 def with_tolerance(known: Known, given: Mapping[str, float]) -> Known:

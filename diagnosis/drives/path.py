@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.basemodels.base import Geometry, Known, Motion
+from flexhex.diagnosis.basemodels.base import Geometry, Known, Motion, Stated
 from flexhex.diagnosis.kinds import Kinds, units_of
 from flexhex.diagnosis.runs.run import Run, TimeSeries
 from flexhex.diagnosis.runs.smoothing import hann_weights
@@ -43,6 +43,7 @@ class PathBase:
     late = 1e-3
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
+    stated = Stated()
     payload: tuple[int, ...] = ()
     rotors: tuple[int, ...] = ()
     reach = np.inf

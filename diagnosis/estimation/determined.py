@@ -61,10 +61,11 @@ class Seen:
         c = np.zeros(len(known))
         c[places] = [factor for _, factor in combination.terms]
         value = float(c @ (estimated.values + self.more))
-        # what is assumed of friction and effects is no file's
+        # what is assumed of friction and effects is no file's tolerance
         ours = [known[p].group in (FRICTION, EFFECT) for p in places]
         told = [p for own, p in zip(ours, places, strict=True) if not own]
         file = float(sum(c[p] * (known[p].nominal + self.more[p]) for p in told))
+        file += sum(c[p] * estimated.extras.written.get(known[p].name, 0.0) for p in places)
         wide = [np.inf if own else known[p].tolerance for own, p in zip(ours, places, strict=True)]
         tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
         q = c * estimated.model.scale

@@ -25,6 +25,7 @@ from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.fitted import FixedEffect
 from flexhex.fmus.common.effects import Effect, Shape
 from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 GROUP = "effect"
@@ -60,13 +61,16 @@ class Extra:
 @dataclass(frozen=True)
 class Extras:
     """What is fitted beside; notes: what is not, and why; where: what says so; changed: parameters
-    of the base model and payloads; last: the last axis that anything is on, from 1."""
+    of the base model and payloads; last: the last axis that anything is on, from 1; file: effects
+    that the model's file has, and what is written there, by the names of parameters."""
 
     listed: tuple[Extra, ...] = ()
     notes: tuple[str, ...] = ()
     where: str = ""
     changed: tuple[Change, ...] = ()
     last: int = 0
+    file: tuple[EffectUse, ...] = ()
+    written: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def lag(self) -> float:

@@ -21,6 +21,7 @@ from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.forward.simulation import simulation
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.signs import negative_values
+from flexhex.diagnosis.estimation.stated import with_stated
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import axes_named, units_of
@@ -67,6 +68,7 @@ def identify(
     if trouble := trouble or mispaired(base, run_set.runs):
         raise LogError(trouble)
     more.check(base.n)
+    more = with_stated(base, more)
     progress("fitting the parameters", 1, 3)
     estimated, smoothed, said, out = _fitted(base, run_set.runs, more)
     doubt = doubtful(estimated.model.base, run_set.runs)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class Errors:
     """RMS of what is left of the smoothed torque relative to its RMS (n,): with the file's
-    parameters and no friction, and with the estimates. torque (n,): RMS in the axes' units."""
+    parameters and effects, and with the estimates. torque (n,): RMS in the axes' units."""
 
     torque: Array
     file: Array
@@ -42,7 +42,7 @@ class Identified:
     silent: names of what no torque feels. on: errors on the runs, and on held-out ones. notes:
     sentences for the reader; findings: what the logs had. estimated: the fit. doubt: why the model
     may not be this machine's. strips: torque over time of each axis, of the first held-out run,
-    else of the first run: measured, `before` with the file's parameters and no friction, `after`
+    else of the first run: measured, `before` with the file's parameters and effects, `after`
     with the estimates. simulation: positions of the same runs from their torques, or None.
     """
 

@@ -12,6 +12,7 @@ from flexhex.diagnosis.estimation.estimate import estimate
 from flexhex.diagnosis.estimation.extras import GROUP as EFFECT
 from flexhex.diagnosis.estimation.found import extras_of
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
+from flexhex.diagnosis.estimation.stated import with_stated
 from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.result.estimates import Parameter
 from flexhex.diagnosis.result.verdict import Diagnosis
@@ -25,7 +26,7 @@ def parameters_of(
     """The base model's own parameters, and in the place of those that these motions move together
     their sums; dry friction is fitted beside them where the diagnosis has found none, too. own:
     effects beside the library's, by id."""
-    more = extras_of(found.data(), "the diagnosis", own)
+    more = with_stated(base, extras_of(found.data(), "the diagnosis", own))
     base, _ = loosened(base, more.changed)
     runs, _ = loaded(runs, more.changed)
     estimated, out = pruned(estimate(base, runs, more)[0])

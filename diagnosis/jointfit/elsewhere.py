@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, drifting
 from flexhex.diagnosis.jointfit.effects import Part
-from flexhex.diagnosis.jointfit.known import about_known
+from flexhex.diagnosis.jointfit.known import about_known, known_torque
 from flexhex.diagnosis.runs.blocks import Block
+from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 
@@ -26,10 +28,15 @@ class Elsewhere:
         self.blocks, self.ours = tuple(blocks), bench
         self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, ours.blocks)
         if drift is not None:
-            off = zip(self.there.y, drifting(self.there, drift), strict=True)
-            self.there = replace(self.there, y=tuple(y - torque for y, torque in off))
+            self.there = self.there.less(drifting(self.there, drift))
         self._bench = bench.beside(self.there)
         self._thin: dict[object, list[Array]] = {}
+
+    def without(self, told: Sequence[EffectUse]) -> Elsewhere:
+        """The same of the runs without the torque of effects that a file states."""
+        other = copy(self)
+        other.there = self.there.less(known_torque(self.there, told))
+        return other
 
     def residual(self, parts: Sequence[Part], beta: Sequence[Array], q: Array) -> list[Array]:
         """Torque that base model and effects do not explain there (m, n) [N m] of each block."""

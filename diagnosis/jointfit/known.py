@@ -15,13 +15,15 @@ from flexhex.diagnosis.regression.fitted import Fitted
 from flexhex.diagnosis.regression.linearize import about
 from flexhex.diagnosis.runs.blocks import Block
 from flexhex.diagnosis.runs.noise import Noise
+from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 
 
-def known_torque(model: Calibrated) -> list[Array]:
-    """Torque (m, n) [N m] of each block that the model's own effects explain; [] for none."""
-    uses = [use for use in model.base.given if use.axes]
+def known_torque(model: Calibrated, told: Sequence[EffectUse] = ()) -> list[Array]:
+    """Torque (m, n) [N m] of each block that the model's own effects explain, or those that are
+    `told`; [] for none."""
+    uses = [use for use in told or model.base.given if use.axes]
     if not uses:
         return []
     bench = Bench(model, compiled(model.base.n, {use.id: use.effect for use in uses}))

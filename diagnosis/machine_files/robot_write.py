@@ -30,6 +30,8 @@ PLACES = {".urdf": ("F_c", "d"), ".xml": ("F_c", "d", "J_r", "m_r")}
 SAME = 1e-9
 """Difference of torques, relative to the largest, from those of the file that is read back."""
 STATES = 50
+DIGITS = 12
+"""Of numbers that are written."""
 
 
 def write_robot(
@@ -57,11 +59,10 @@ def write_robot(
             scaled[name] = share
         friction = {n: values.get(f"{n}[{k + 1}]") for n in PLACES[file.suffix]}
         writer.axis(joint, {n: v for n, v in friction.items() if v is not None})
-    text = etree.tostring(root, encoding="utf-8", xml_declaration=True, pretty_print=True)
     # a file of its own may be read by nobody else
     with tempfile.TemporaryDirectory(dir=path.resolve().parent) as folder:
         made = Path(folder) / f"made{file.suffix}"
-        made.write_bytes(text)
+        made.write_text(_text(root), encoding="utf-8")
         _refuse_other(made, path, base, values)
         made.replace(path)
     placed = {known.name for known in base.linear[: 10 * base.n]}
@@ -126,25 +127,20 @@ class _Urdf:
 
     def inertia(self, name: str, inertia: Any) -> None:
         """A link's mass, centre and inertia."""
-        link = self.links[name]
-        for old in link.findall("inertial"):
-            link.remove(old)
-        inertial, J = etree.Element("inertial"), inertia.inertia
-        etree.SubElement(inertial, "origin", xyz=_numbers(inertia.lever), rpy="0 0 0")
-        etree.SubElement(inertial, "mass", value=_number(inertia.mass))
-        six = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
-               "izz": (2, 2)}  # fmt: skip
-        etree.SubElement(inertial, "inertia", {n: _number(J[at]) for n, at in six.items()})
-        link.insert(0, inertial)
+        inertial = _child(self.links[name], "inertial")
+        _child(inertial, "origin").attrib.update(
+            {"xyz": _numbers(inertia.lever.round(DIGITS)), "rpy": "0 0 0"}
+        )
+        _child(inertial, "mass").set("value", _number(inertia.mass))
+        names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        values = _numbers(inertia.inertia[np.triu_indices(3)]).split()
+        _child(inertial, "inertia").attrib.update(zip(names, values, strict=True))
 
     def axis(self, joint: str, friction: Mapping[str, float]) -> None:
         """Friction and damping of a joint."""
-        element = self.joints[joint]
-        dynamics = element.find("dynamics")
-        if dynamics is None and friction:
-            dynamics = etree.SubElement(element, "dynamics")
         for name, attribute in (("d", "damping"), ("F_c", "friction")):
             if name in friction:
+                dynamics = _child(self.joints[joint], "dynamics")
                 dynamics.set(attribute, _number(friction[name]))
 
 
@@ -181,17 +177,12 @@ class _Mjcf:
         """A body's mass, centre and inertia."""
         if name not in self.bodies:
             raise MachineError(f"{self.file}: a body has no name: name each one, then write")
-        element, J = self.bodies[name], inertia.inertia
-        for old in element.findall("inertial"):
-            element.remove(old)
+        element, J = _child(self.bodies[name], "inertial"), inertia.inertia
+        for other in ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia"):
+            element.attrib.pop(other, None)
         six = J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]
-        inertial = etree.Element(
-            "inertial",
-            pos=_numbers(inertia.lever),
-            mass=_number(inertia.mass),
-            fullinertia=_numbers(six),
-        )
-        element.insert(0, inertial)
+        numbers = {"pos": _numbers(inertia.lever.round(DIGITS)), "fullinertia": _numbers(six)}
+        element.attrib.update({"mass": _number(inertia.mass), **numbers})
 
     def axis(self, joint: str, friction: Mapping[str, float]) -> None:
         """Friction, damping and rotor of a joint."""
@@ -226,9 +217,32 @@ def _refuse_other(written: Path, path: Path, base: RobotBase, values: Mapping[st
             )
 
 
+def _text(root: Any) -> str:
+    """The whole file, with the comments before and behind its root."""
+    nodes = [*reversed([*root.itersiblings(preceding=True)]), root, *root.itersiblings()]
+    lines = [etree.tostring(node, encoding="unicode", with_tail=False) for node in nodes]
+    return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *lines, ""])
+
+
+def _child(element: Any, name: str) -> Any:
+    """An element's only child of a name, which is made where there is none, indented as the others
+    are; of several the first stays."""
+    there = element.findall(name)
+    for other in there[1:]:
+        element.remove(other)
+    if there:
+        return there[0]
+    made = etree.Element(name)
+    made.tail = element.text
+    element.insert(0, made)
+    return made
+
+
 def _number(value: float) -> str:
-    return repr(float(value))
+    return repr(float(f"{value:.{DIGITS}g}"))
 
 
 def _numbers(values: Any) -> str:
-    return " ".join(_number(value) for value in values)
+    """Several of one kind: what rounding makes of zero beside the largest is zero."""
+    most = np.abs(values).max()
+    return " ".join(_number(v if abs(v) > most * 10.0**-DIGITS else 0.0) for v in values)

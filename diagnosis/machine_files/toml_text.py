@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,10 +16,10 @@ def toml_text(
     A table with a `value` is a quantity and stands on one line.
     """
     lines = [f"# {' '.join(line.split())}" for line in head]
-    lines += [f"{key} = {_value(v)}" for key, v in data.items() if not isinstance(v, Mapping)]
+    lines += [f"{_key(k)} = {_value(v)}" for k, v in data.items() if not isinstance(v, Mapping)]
     for key, section in data.items():
         if isinstance(section, Mapping):
-            lines += _section(key, section, "[{}]")
+            lines += _section(_key(key), section, "[{}]")
     for key, entries in lists.items():
         for entry in entries:
             lines += _section(key, entry, "[[{}]]")
@@ -27,16 +28,20 @@ def toml_text(
 
 def _section(name: str, table: Mapping[str, Any], heading: str) -> list[str]:
     below = {k: v for k, v in table.items() if isinstance(v, Mapping) and "value" not in v}
-    own = [f"{key} = {_value(v)}" for key, v in table.items() if key not in below]
+    own = [f"{_key(key)} = {_value(v)}" for key, v in table.items() if key not in below]
     lines = ["", heading.format(name), *own] if own or not below else []
     for key, sub in below.items():
-        lines += _section(f"{name}.{key}", sub, "[{}]")
+        lines += _section(f"{name}.{_key(key)}", sub, "[{}]")
     return lines
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _value(name)
 
 
 def _value(value: Any) -> str:
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{k} = {_value(v)}" for k, v in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + " }"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_value(v) for v in value) + "]"
     if isinstance(value, bool):

@@ -163,6 +163,13 @@ class Calibrated:
         vars(again)["_white_B"] = self._white_B
         return again
 
+    def less(self, torque: Sequence[Array]) -> Calibrated:
+        """The same of the runs without a torque (m, n) [N m] of each block."""
+        again = replace(self, y=tuple(y - own for y, own in zip(self.y, torque, strict=True)))
+        if "_white_B" in vars(self):
+            vars(again)["_white_B"] = self._white_B
+        return again
+
     def as_sure(self, other: Calibrated) -> Calibrated:
         """The same, as sure of its parameters as another of the same runs."""
         return replace(self, doubt=other.doubt, off=other.off)

@@ -135,7 +135,10 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     elif invocation.base == "hexapod" and (why := unbuilt(diagnosis)):
         steps.append((f"To add it to a machine file, mend your effect. {why}", ""))
     elif something and diagnosis.verdict in APPLICABLE and invocation.base != "hexapod":
-        text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
+        text = (
+            "Fit what was found with all parameters and build it as feedforward (--write makes it"
+            " the next base):"
+        )
         steps.append((text, invocation.identify()))
     loads = [c.estimate for c in diagnosis.changed if c.runs]
     if mass := next((load for load in loads if load.unit == "kg"), None):

@@ -64,7 +64,7 @@ def _strips(identified: Identified) -> list[PageSection]:
         return []
     one, called = identified.strips[0], effort(identified.units)
     kind = "a held-out run" if one.held_out else "one of the runs that were fitted"
-    before = "the file's values and no friction" if has_file(identified) else "no model"
+    before = "the file's values" if has_file(identified) else "no model"
     text = (
         f"{Path(one.run).name}, {kind}: measured {called}, and that of {before} (before) and of the"
         " estimates (after); below, what each leaves."

@@ -51,9 +51,10 @@ def simulation_parts(told: Simulation, called: str) -> list[Part]:
 
 def sentences(told: Simulation) -> list[str]:
     """What a reader of the table must know."""
+    bare = NO_FRICTION if told.file and told.bare else ""
     texts = [
         "Each window begins at the measured position and rate. `constant rate` keeps that rate: a"
-        f" model that is worth something leaves less.{NO_FRICTION if told.file else ''}"
+        f" model that is worth something leaves less.{bare}"
     ]
     texts += [_diverged(told, name, m) for name, m in told.models.items() if m.diverged]
     if told.why:

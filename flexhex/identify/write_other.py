@@ -11,12 +11,12 @@ from pathlib import Path
 
 from flexhex.diagnose.options import refuse_unwritable
 from flexhex.diagnosis.estimation.records import Identified
+from flexhex.diagnosis.kinds import axes_named
 from flexhex.fmus.common.errors import UsageError
-from flexhex.fmus.common.interface import array_of
 from flexhex.identify.other import identified_json
 
-TORQUE = {"J_r": "J_r times the joint's acceleration", "o": "o as it is"}
-"""What a value without a place adds to the torque of its axis."""
+ENDING = ".toml"
+"""Of what stands beside a robot's file."""
 TABLES = (".csv", ".json")
 
 
@@ -36,6 +36,8 @@ def checked_target(path: Path, base: str) -> None:
         )
     if is_robot(base) and path.resolve() == file.resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
+    if is_robot(base) and path.with_suffix(ENDING).resolve() == Path(base).resolve():
+        raise UsageError(f"--write {path}: {base} would be overwritten, too: name another file")
     refuse_unwritable(path, "--write")
 
 
@@ -57,7 +59,7 @@ def checked_motion(path: Path) -> None:
 
 def write_identified(path: Path, identified: Identified) -> tuple[list[Path], list[str]]:
     """Write what was identified: the files, and what who uses them must know. Beside a robot's file
-    all values stand as JSON, as it has no place for intervals, offsets and more."""
+    stands a TOML with what it has no place for, and all values with their intervals as JSON."""
     if path.suffix == ".csv":
         path.write_text(_csv(identified), encoding="utf-8")
         return [path], []
@@ -65,33 +67,39 @@ def write_identified(path: Path, identified: Identified) -> tuple[list[Path], li
         path.write_text(identified_json(identified) + "\n", encoding="utf-8")
         return [path], []
     from flexhex.diagnosis.basemodels.robots import RobotBase
+    from flexhex.diagnosis.machine_files.robot_beside import beside_text
     from flexhex.diagnosis.machine_files.robot_write import write_robot
 
     base = identified.estimated.model.base
     assert isinstance(base, RobotBase)
     values = {one.name: one.estimate.value for one in identified.parameters}
     left, scaled = write_robot(path, base, base.file, values)
-    beside = path.with_suffix(".json")
-    beside.write_text(identified_json(identified) + "\n", encoding="utf-8")
+    beside, whole = path.with_suffix(ENDING), path.with_suffix(".json")
+    beside.write_text(beside_text(beside, path, identified), encoding="utf-8")
+    whole.write_text(identified_json(identified) + "\n", encoding="utf-8")
     notes = _without(path, beside, [name for name in left if values[name]])
+    early = [i for i, form in enumerate(identified.estimated.forms) if form.lead]
+    if early:
+        notes.append(
+            f"friction on {axes_named(early)} turns over before the rate does, as that of"
+            f" simulators: {beside} has it turn over with the rate"
+        )
     for share in sorted({*scaled.values()}):
         names = ", ".join(name for name, own in scaled.items() if own == share)
         notes.append(
             f"{path}: {names} have {share:.2g} of the file's mass and inertia: with all of it no"
             " body would be left for the link that carries them"
         )
-    return [path, beside], notes
+    return [path, beside, whole], notes
 
 
 def _without(path: Path, beside: Path, left: Sequence[str]) -> list[str]:
     """A sentence on values for which a robot's file has no place."""
     if not left:
         return []
-    torques = [text for name, text in TORQUE.items() if any(array_of(n) == name for n in left)]
-    shown = f" ({', '.join(torques)})" if torques else ""
     return [
-        f"{path} has no place for {', '.join(left)}: torques from it alone lack them{shown}; add"
-        f" them from {beside}, or build all of it with --fmu"
+        f"{path} has no place for {', '.join(left)}: torques from it alone lack them; {beside} has"
+        f" them, too (--base {beside}), and --fmu builds all of it"
     ]
 
 

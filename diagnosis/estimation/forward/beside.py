@@ -190,6 +190,19 @@ def parts_of(estimated: Estimated) -> tuple[list[Part], list[str]]:
     return parts, out
 
 
+def file_parts(estimated: Estimated) -> list[Part]:
+    """Effects that the file has, with its values."""
+    n, parts = estimated.model.base.n, list[Part]()
+    for use in estimated.extras.file:
+        (item,) = compiled(n, {use.id: use.effect})
+        for axis, gains in zip(use.axes, np.transpose(use.gains).tolist(), strict=True):
+            one = Extra(use.effect, axis - 1, use.shape, 1, tuple(gains))
+            names = [one.parameter(gain.name) for gain in use.effect.gains]
+            if item.driven and not use.effect.loses and not use.effect.line:
+                parts.append(_added(one, item, dict(zip(names, gains, strict=True))))
+    return parts
+
+
 def through_drives(estimated: Estimated, torque: Array, ts: float) -> Array:
     """Torques (samples, n) of a log every ts [s] behind drives that lag, are late or lose some."""
     values = dict(zip([k.name for k in estimated.known], estimated.values, strict=True))

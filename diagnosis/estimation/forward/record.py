@@ -31,10 +31,11 @@ class Simulation:
     """Windows of measured runs, each simulated from its measured state with the measured torques.
 
     units: of the positions (n,); horizons [s]: at which errors are told; dt [s]: step; windows: how
-    many; constant: the rate at their start goes on; file: with the file's values and no friction,
-    None where there is no such model; fitted: with the estimates. run, time (samples,), measured
-    (samples, n): the windows of one run that are drawn, NaN between two. left_out: what of the
-    estimates is no part of it; why: why there is no simulation with the file's values.
+    many; constant: the rate at their start goes on; file: with the file's values, None where there
+    is no such model; fitted: with the estimates. run, time (samples,), measured (samples, n): the
+    windows of one run that are drawn, NaN between two. left_out: what of the estimates is no part
+    of it; why: why there is no simulation with the file's values; bare: whether the file has
+    neither friction nor effects.
     """
 
     units: tuple[str, ...]
@@ -50,6 +51,7 @@ class Simulation:
     measured: Array = field(repr=False)
     left_out: tuple[str, ...] = ()
     why: str = ""
+    bare: bool = True
 
     @property
     def models(self) -> dict[str, Model]:

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated
-from flexhex.diagnosis.estimation.forward.beside import Part, parts_of, through_drives
+from flexhex.diagnosis.estimation.forward.beside import (
+    Part,
+    file_parts,
+    parts_of,
+    through_drives,
+)
 from flexhex.diagnosis.estimation.forward.integrate import Windows, invertible, simulated
 from flexhex.diagnosis.estimation.forward.record import Model, Simulation
 from flexhex.diagnosis.kinds import units_of
@@ -67,7 +72,7 @@ class _Cut:
 
 def simulation(estimated: Estimated, there: Calibrated, held_out: bool) -> Simulation | None:
     """Of the runs of `there`, `held_out` or not, with the estimates and with the file's values, if
-    there are any, without friction. None where the runs have no such window or the model no
+    there are any. None where the runs have no such window or the model no
     masses."""
     base, spans = there.base, [b.at[-1] - b.at[0] for b in there.blocks]
     horizons = tuple(h for h in HORIZONS if h <= max(spans))
@@ -84,7 +89,8 @@ def simulation(estimated: Estimated, there: Calibrated, held_out: bool) -> Simul
     drives = [replace(c, windows=replace(c.windows, tau=c.behind)) for c in cuts]
     delay, files = there.fitted.delay, [c.file for c in cuts]
     told = _told(base, drives, [c.fitted for c in cuts], parts, delay)
-    before = _told(base, cuts, files, [], delay) if with_file and not why else None
+    known = file_parts(estimated)
+    before = _told(base, cuts, files, known, delay) if with_file and not why else None
     still = [_still(c.windows) for c in cuts]
     first = cuts[0]
     return Simulation(
@@ -101,6 +107,7 @@ def simulation(estimated: Estimated, there: Calibrated, held_out: bool) -> Simul
         _broken(first.windows.theta[first.drawn]),
         tuple(left_out),
         why if with_file else "",
+        not known,
     )
 
 

@@ -15,11 +15,12 @@ package offers.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 
 from flexhex.fmus.common.effects import Effect, Gain, Shape, library
 from flexhex.fmus.common.effects.own import OwnEffect, own_effect
@@ -29,6 +30,15 @@ from flexhex.fmus.common.machine.sections import Section
 from flexhex.fmus.common.user_code import EFFECT_GROUP, offered, split
 
 _KEYS = ("id", "axes", "parameters")
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """A file of another machine, whose values may stand alone and beyond the library's ranges of
+    shapes; unit: of what the library has in a unit for an axis that turns. Context of validation.
+    """
+
+    unit: Callable[[str], str]
 
 
 class EffectUse(Section):
@@ -75,7 +85,7 @@ class EffectUse(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _read(cls, data: Any) -> Any:
+    def _read(cls, data: Any, info: ValidationInfo) -> Any:
         if not isinstance(data, dict) or not isinstance(data.get("parameters"), dict):
             raise ValueError("wants id, axes and a table [effects.parameters]")
         unknown = sorted(set(data) - set(_KEYS))
@@ -91,9 +101,10 @@ class EffectUse(Section):
         for name in tables:
             if name not in names:
                 raise ValueError(f"parameters.{name}: {effect.id} has only {_text(names)}")
-        gains = [_gain(gain, tables[gain.name], max(1, len(axes))) for gain in effect.gains]
+        where: Elsewhere | None = info.context
+        gains = [_gain(gain, tables[gain.name], max(1, len(axes)), where) for gain in effect.gains]
         shapes = [
-            _shape(shape, tables[shape.name]) if shape.name in tables else usual[shape.name]
+            _shape(shape, tables[shape.name], where) if shape.name in tables else usual[shape.name]
             for shape in effect.shapes
         ]
         read = {"id": effect.id, "axes": axes, "gains": gains, "shapes": shapes}
@@ -140,22 +151,33 @@ def _axes(effect: Effect, axes: Any) -> list[int]:
     return axes
 
 
-def _gain(gain: Gain, table: Any, n_axes: int) -> tuple[float, ...]:
-    many = isinstance(table, dict) and isinstance(table.get("value"), list)
-    values = _quantity(gain, table, *((n_axes,) if many else ()))
+def _gain(gain: Gain, table: Any, n_axes: int, where: Elsewhere | None) -> tuple[float, ...]:
+    many = isinstance(table.get("value") if isinstance(table, dict) else table, list)
+    within = {"ge": gain.low, "le": gain.high}
+    values = _quantity(gain, within, table, where, *((n_axes,) if many else ()))
     return tuple(values) if many else (values,) * n_axes
 
 
-def _shape(shape: Shape, table: Any) -> float:
-    value: float = _quantity(shape, table)
+def _shape(shape: Shape, table: Any, where: Elsewhere | None) -> float:
+    within = {"ge": shape.low, "le": shape.high}
+    if where is not None:
+        within = {} if shape.low < 0 else {"gt": 0.0} if shape.low else {"ge": 0.0}
+    value: float = _quantity(shape, within, table, where)
     if shape.whole and value not in shape.grid:
         allowed = _text([f"{v:g}" for v in shape.grid])
         raise ValueError(f"parameters.{shape.name}: {value:g}, allowed: {allowed}")
     return value
 
 
-def _quantity(par: Gain | Shape, table: Any, *size: int) -> Any:
-    read: Any = quantity(par.unit, *size, ge=par.low, le=par.high).func
+def _quantity(
+    par: Gain | Shape,
+    within: Mapping[str, float],
+    table: Any,
+    where: Elsewhere | None,
+    *size: int,
+) -> Any:
+    unit = where.unit(par.unit) if where else par.unit
+    read: Any = quantity(unit, *size, **within, bare=where is not None).func
     try:
         return read(table)
     except ValueError as error:

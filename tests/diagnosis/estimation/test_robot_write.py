@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -99,6 +100,23 @@ def test_mujoco_reads_what_was_written_as_urdf(tmp_path: Path) -> None:
     # what was not fitted stays: limits, and the mass of the tool on the flange
     assert text.count('effort="') == ARM.read_text().count('effort="')
     assert '<mass value="0.4"/>' in text
+
+
+def test_only_numbers_differ_from_the_file(tmp_path: Path) -> None:
+    file, written = tmp_path / "arm.urdf", tmp_path / "made.urdf"
+    text = ARM.read_text()
+    at = text.index("<robot")
+    file.write_text(f"{text[:at]}<!-- by hand -->\n{text[at:]}")
+    base = base_for(file, (ROTARY,) * 6)
+    write_robot(written, base, file, {known.name: known.nominal for known in base.linear})
+    one, other = file.read_text(), written.read_text()
+    # a frame is not turned where nothing is said
+    plain = [re.sub(r'"[^"]*"', "", text.replace(' rpy="0 0 0"', "")) for text in (one, other)]
+    assert plain[1].splitlines()[1:-1] == plain[0].splitlines()[1:-1]
+    assert "<!-- by hand -->\n<robot" in other
+    # rounding leaves no lengths of a millionth of an atom
+    numbers = re.findall(r"[-+]?[0-9.]+e-\d+", other)
+    assert [own for own in numbers if abs(float(own)) < 1e-12] == []
 
 
 def test_what_stands_on_locked_joints_stays_what_it_is(tmp_path: Path) -> None:
