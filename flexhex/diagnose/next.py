@@ -35,8 +35,16 @@ class Invocation:
     base: str = "hexapod"
     data: str = "diagnosis.json"
 
+    def fit(self) -> str:
+        """The command that fits the base model alone."""
+        return joined(self._identify)
+
     def identify(self) -> str:
         """The command that fits what was found and builds it."""
+        return joined([*self._identify, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
+
+    @property
+    def _identify(self) -> list[str]:
         words = ["identify" if word == "diagnose" else word for word in self.words]
         for option in NOT_OF_IDENTIFY:
             while option in words:
@@ -45,8 +53,7 @@ class Invocation:
         placed = [k for k, word in enumerate(words) if word.startswith(OF_THE_FILE)]
         for k in reversed(placed):
             del words[k - 1 : k + 1]
-        words = [word for word in words if word not in ("--json", "--isolability")]
-        return joined([*words, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
+        return [word for word in words if word not in ("--json", "--isolability")]
 
     def again(self, *more: str, runs: Sequence[str] = ()) -> str:
         """The same command with more runs and more words at its end."""
@@ -159,6 +166,8 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     if diagnosis.verdict == "cannot tell" and not any(MEND in n for n in diagnosis.notes):
         text = "Measure two trajectories, each at least twice, every axis through its whole range"
         steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
+        if invocation.base != "hexapod":
+            steps.append(("Until then, fit the parameters to these logs:", invocation.fit()))
     return steps
 
 

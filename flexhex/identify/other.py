@@ -20,6 +20,8 @@ from flexhex.output.tables import Column, Value, console, printed
 
 NARROWED = 10
 """Sums that are shown of what a motion would narrow."""
+AGREES = 2
+"""Tolerances within which the file's values agree with the runs."""
 WIDE = 34
 """Characters of a sum that the terminal shows, so that its numbers stand beside it."""
 COLUMNS = (
@@ -54,7 +56,7 @@ def identified_json(
     identified: Identified, written: Sequence[str] = (), more: Excitation | None = None
 ) -> str:
     """All of it as JSON; written: files; more: a motion and what it would narrow."""
-    data = {**identified.data(), "written": list(written)}
+    data = identified.data() | ({"written": list(written)} if written else {})
     if more is not None:
         data["next"] = [{"name": one.name, "narrower": share} for one, share in more.narrowed]
     return json.dumps(data, indent=2)
@@ -107,6 +109,7 @@ def identified_parts(
         parts += _parameters("Base parameters: sums that act as one", sums, every)
         if not every and any(one.determined and short(one.terms) != one.name for one in sums):
             parts.append(Sentence(f"Long sums are cut ({rest.sums})."))
+        parts += [Sentence(text) for text in _agreement(identified, sums)]
     if exact:
         stay = "stay" if len(exact) > 1 else "stays"
         parts.append(
@@ -134,6 +137,28 @@ def identified_parts(
     parts += [Sentence(f"finding: {readable(text)}") for text in identified.findings]
     parts += [Sentence(f"note: {readable(text)}") for text in identified.notes]
     return parts
+
+
+def _agreement(identified: Identified, sums: Sequence[Parameter]) -> list[str]:
+    """What the sums say of the file that a reader asks first: whether its masses are right."""
+    told = [one for one in sums if one.determined and math.isfinite(one.shift)]
+    off = [one for one in told if abs(one.shift) > AGREES]
+    texts = []
+    if off:
+        are = "is" if len(off) == 1 else "are"
+        texts.append(
+            f"{len(off)} of {len(told)} sums that the file has values of {are} more than"
+            f" {AGREES:g} of its tolerances off."
+        )
+    elif told:
+        known = "sum" if len(told) == 1 else f"{len(told)} sums"
+        texts.append(f"The file's values of the {known} are within {AGREES:g} of its tolerances.")
+    masses = [one for one in identified.parameters if one.name.endswith(".m") and not one.exact]
+    if masses and not any(one.determined for one in masses):
+        texts.append(
+            "No body's mass is determined by itself: other values of its sums would do as well."
+        )
+    return texts
 
 
 def late(delay: float) -> str:

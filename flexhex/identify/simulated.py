@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexhex.diagnose.numbers import number
 from flexhex.diagnose.plots import AFTER, BEFORE, INK, OTHER, STRIP
 from flexhex.diagnosis.estimation.forward.record import Model, Simulation
+from flexhex.diagnosis.kinds import axes_named
 from flexhex.output.page import PageSection
 from flexhex.output.parts import Part, Sentence, Titled
 from flexhex.output.plots import LOG, Figure, figure, of_joint, per_joint, trace
@@ -56,12 +57,23 @@ def sentences(told: Simulation) -> list[str]:
         "Each window begins at the measured position and rate. `constant rate` keeps that rate: a"
         f" model that is worth something leaves less.{bare}"
     ]
-    texts += [_diverged(told, name, m) for name, m in told.models.items() if m.diverged]
+    texts += [*_worse(told), *(_diverged(told, n, m) for n, m in told.models.items() if m.diverged)]
     if told.why:
         texts.append(f"{told.why[0].upper()}{told.why[1:]}.")
     if told.left_out:
         texts.append(f"Not in the simulation: {', '.join(told.left_out)}.")
     return texts
+
+
+def _worse(told: Simulation) -> list[str]:
+    """Where the estimates are worth nothing."""
+    errors, constant = told.at(told.fitted), told.at(told.constant)
+    listed = [
+        f"after {after:g} s on {axes_named(np.flatnonzero(row))}"
+        for after, row in zip(told.horizons, errors > constant, strict=True)
+        if row.any()
+    ]
+    return [f"The estimates leave more than a constant rate {', '.join(listed)}."] if listed else []
 
 
 def _diverged(told: Simulation, name: str, model: Model) -> str:

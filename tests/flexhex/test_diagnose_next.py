@@ -50,6 +50,13 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     assert there in [command for _, command in next_steps(foreign, own)]
 
 
+def test_logs_that_are_too_few_tell_parameters_at_least() -> None:
+    words = ("flexhex", "diagnose", "a.csv", "--out", "here", "--base", "arm.urdf")
+    commands = [command for _, command in next_steps(CANNOT, Invocation(words, "arm.urdf"))]
+    assert commands[-1] == "flexhex identify a.csv --base arm.urdf"
+    assert [command for _, command in next_steps(CANNOT, INVOCATION)] == [""]
+
+
 def test_fmu_has_the_geometry_of_the_file() -> None:
     """`identify` builds none beside a geometry that it fits."""
     given = ("--tolerance", "mass=0.1", "--tolerance", "gravity=0.0005")

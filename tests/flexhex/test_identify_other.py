@@ -21,9 +21,8 @@ from flexhex.identify.folder import target
 from flexhex.identify.other import print_identified
 from flexhex.identify.page import answer
 from flexhex.init import two_links as example
-from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
-from tests.diagnosis.estimation.test_identified import FRICTION
+from tests.flexhex.logs import two_links_logs
 
 BASE = f"{example.__file__}:TwoLinks"
 RUN = CliRunner()
@@ -31,15 +30,7 @@ RUN = CliRunner()
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    folder, paths = tmp_path_factory.mktemp("runs"), []
-    for seed in (1, 2, 3):
-        run = two_links.run(seed, 1, 0.0, (0.0, 0.0))
-        _, rate, _ = two_links.moved(run["time"], seed)
-        tau = run["tau_meas"] + machines.rubbed(rate, FRICTION, (0.0, 0.0))
-        head, path = f"# trajectory: {seed}\n", folder / f"{seed}.csv"
-        machines.write(path, run["time"], run["theta"], tau, (False, False), head, seed)
-        paths.append(str(path))
-    return paths
+    return two_links_logs(tmp_path_factory.mktemp("runs"))
 
 
 def test_terminal_shows_sums_errors_and_what_is_not_determined(runs: list[str]) -> None:
@@ -55,24 +46,6 @@ def test_terminal_shows_sums_errors_and_what_is_not_determined(runs: list[str]) 
     assert "link_2.m *" not in done.stdout
     done = RUN.invoke(app, ["identify", *runs[:2], "--base", BASE, "--all"])
     assert "link_2.m *" in done.stdout
-
-
-def test_exact_values_of_the_file_are_not_taken_for_what_the_runs_lack(
-    runs: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    identified = identify([Path(runs[0])], options=Options(BASE))
-    held = "link_1.J", "link_2.m"
-    fixed = [
-        replace(p, tolerance=0.0, exact=True) if p.name in held else p
-        for p in identified.parameters
-    ]
-    print_identified(replace(identified, parameters=tuple(fixed)))
-    shown = capsys.readouterr().out
-    assert "2 of 11 parameters stay at the file's values, which are exact" in shown
-    assert "1 of 11 parameters are not determined" in shown
-    # of link_1.J + 0.16 link_2.m both are known
-    assert "link_1.J +" not in shown
-    assert "link_1.mc +" not in shown
 
 
 def test_json_has_units_intervals_and_what_was_written(runs: list[str], tmp_path: Path) -> None:
@@ -172,10 +145,11 @@ def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
     assert {"o[2]", "wrist.m"} <= {one["name"] for one in data["parameters"]}
     said = f"note: {written} has no place for o[2], o[3]: torques from it alone lack them"
     assert said in done.output
-    assert (
-        f"add them from {written.with_suffix('.json')}, or build all of it with --fmu"
-        in done.output
-    )
+    beside = written.with_suffix(".toml")
+    assert f"{beside} has them, too (--base {beside}), and --fmu builds" in done.output
+    # which is a base model
+    again = RUN.invoke(app, ["identify", *map(str, paths), "--base", str(beside)])
+    assert again.exit_code == 0, again.output
     done = RUN.invoke(app, [*words[:-1], str(file)])
     assert "is the robot's file itself" in str(done.exception)
 

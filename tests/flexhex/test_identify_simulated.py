@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,15 @@ def test_what_diverged_and_what_is_left_out_is_said() -> None:
     assert isinstance(table, Titled)
     assert "file" not in [column.key for column in table.columns]
     assert "The masses of the file have no forward dynamics" in " ".join(sentences(without))
+
+
+def test_estimates_that_are_worth_nothing_are_said_with_their_axes() -> None:
+    short = model(0.5)
+    # of the second axis more from the beginning, of the first at the end alone
+    worse = replace(short, rms=short.rms * [1.0, 1.2] + np.linspace(-0.1, 0.1, 101)[:, None] ** 3)
+    said = " ".join(sentences(told(fitted=worse, horizons=(0.08, 0.2))))
+    assert "more than a constant rate after 0.08 s on axis 2, after 0.2 s on axes 1 and 2." in said
+    assert "more than a constant rate" not in " ".join(sentences(told()))
 
 
 def test_plots_are_of_each_unit_for_itself() -> None:
