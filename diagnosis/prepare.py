@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis import logs
 from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.basemodels.bases import base_of
-from flexhex.diagnosis.hypotheses.own_effect import own_effects
+from flexhex.diagnosis.hypotheses.own_effect import own_effects, with_own
 from flexhex.diagnosis.jointfit.guard import POOR, TOGETHER, poor_axes, together
 from flexhex.diagnosis.jointfit.rubbed import with_friction
 from flexhex.diagnosis.kinds import Kinds, axes_named, kinds_of, refuse_others, units_of
@@ -120,9 +120,9 @@ def run_set_of(
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0], options.tolerance, options.joints)
     findings = (*getattr(base, "remarks", ()), *findings)
+    own = with_own(own, [use.own for use in base.stated.uses if use.own is not None])
     for effect in own.values():
         effect.check(base.n)
-    own |= {use.id: use.own for use in base.stated.uses if use.own is not None}
     for log in [*ours, *theirs]:
         width = log["theta"].width
         refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")

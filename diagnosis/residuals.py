@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
-from flexhex.diagnosis.jointfit.known import known_torque
+from flexhex.diagnosis.jointfit.known import without_stated
 from flexhex.diagnosis.jointfit.leftover import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -39,10 +39,7 @@ class Before:
 
 def before_of(model: Calibrated, others: Elsewhere | None) -> Before:
     """Of a base model with what its file states, on its own runs and on others."""
-    told = model.base.stated.uses
-    if told:
-        model = model.less(known_torque(model, told))
-        others = others and others.without(told)
+    model, others = without_stated(model), others and others.without_stated()
     plain, bare = model.regression.q, model.nominal
     judged: dict[str, Array] = {}
     if others is not None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.estimation.extras import Extra
-from flexhex.diagnosis.estimation.friction import PARAMETER
+from flexhex.diagnosis.estimation.stated import Told, stated_of
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
 from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
@@ -20,85 +19,102 @@ from flexhex.diagnosis.result.estimates import Estimate
 from flexhex.diagnosis.result.naming import by_name
 from flexhex.diagnosis.result.verdict import NORMAL, Changed, Named
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.fmus.common.effects import Effect, library
+from flexhex.diagnosis.selection.side import Side
+from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
+Estimates = Mapping[str, Estimate]
 
 
-@dataclass(frozen=True)
-class Told:
-    """An effect that a file states on an axis, from 1; tolerance: one standard deviation of its
-    gains, relative."""
+@dataclass
+class Compared:
+    """What was named without what the file states; what that has other values of; what is as it
+    says, and what the runs do not tell of it: axes (from 0) by titles."""
 
-    effect: Effect
-    axis: int
-    shape: Mapping[str, float]
-    gains: Array
-    tolerance: float
+    named: list[Named]
+    changed: list[Changed] = field(default_factory=list)
+    as_said: dict[str, list[int]] = field(default_factory=dict)
+    untold: dict[str, list[int]] = field(default_factory=dict)
 
-    def parameter(self, gain: str) -> str:
-        """As an identification calls it."""
-        if self.effect.id in PARAMETER:
-            return f"{PARAMETER[self.effect.id]}[{self.axis}]"
-        return Extra(self.effect, self.axis - 1, self.shape).parameter(gain)
+    @property
+    def notes(self) -> list[str]:
+        """Sentences for the reader."""
+        listed = [
+            ", ".join(f"{title} on {axes_named(axes)}" for title, axes in of.items())
+            for of in (self.as_said, self.untold)
+        ]
+        said, untold = listed
+        texts = [f"as the robot's files say: {said}"] if said else []
+        if untold:
+            texts.append(f"in the robot's files, but not determined by these runs: {untold}")
+        return texts
 
 
-def stated_of(fit: Joint) -> list[Told]:
-    """Those of the base model of a fit."""
-    stated = fit.bench.model.base.stated
-    return [
-        Told(use.effect, axis, use.shape, gains, stated.tolerance)
-        for use in stated.uses
-        for axis, gains in zip(use.axes, np.transpose(use.gains), strict=True)
-    ]
+def beside_the_file(side: Side, criteria: Criteria) -> Side:
+    """A side of the answer without what the file states."""
+    done = compared(side.fit, side.named, side.remains, criteria)
+    return replace(
+        side,
+        named=tuple(done.named),
+        changed=(*side.changed, *done.changed),
+        notes=(*done.notes, *side.notes),
+    )
 
 
 def compared(
-    fit: Joint, named: Sequence[Named], open_axes: Container[int], criteria: Criteria
-) -> tuple[list[Named], list[Changed], list[str]]:
-    """What was named without what the file states; what that has other values of; a sentence on
-    what is as it says. open_axes (from 0): those of which a part has no name."""
-    rest, changed, as_said = list(named), list[Changed](), dict[str, list[int]]()
-    for told in stated_of(fit):
-        place = _found(rest, told, criteria)
+    fit: Joint, named: Sequence[Named], remains: Container[int], criteria: Criteria
+) -> Compared:
+    """What was named beside what the file states. remains: axes (from 0) with more than was
+    explained, of which nothing else is said."""
+    done = Compared(list(named))
+    for told in stated_of(fit.bench.model.base):
+        place, sure = _found(done.named, told, criteria), True
         if place is not None:
             k, part = place
-            found = [part[gain.name] for gain in told.effect.gains if gain.name in part]
-            rest[k] = _without(rest[k], told.axis, part)
-        elif told.axis - 1 in open_axes or any(_becomes(n, told) for n in rest):
+            other = done.named[k].id
+            done.named[k] = _without(done.named[k], told.axis, part)
+            found = dict(part) if other == told.effect.id else _beside(fit, told, other)
+        elif told.axis - 1 in remains or any(_becomes(one, told) for one in done.named):
             continue
+        elif own := _in_fit(fit, told, named, criteria):
+            # in the fit, but as small as every machine may have it, or of a doubtful form
+            found, sure = own, False
         else:
-            found = _alone(fit, told)
+            found = _beside(fit, told)
+        if not found:
+            done.untold.setdefault(told.effect.title, []).append(told.axis - 1)
+            continue
         off = _changes(fit.bench, told, found, criteria)
-        changed += off
-        if not off and found:
-            as_said.setdefault(told.effect.title, []).append(told.axis - 1)
-    listed = [f"{title} on {axes_named(axes)}" for title, axes in as_said.items()]
-    notes = [f"as the robot's files say: {', '.join(listed)}"] if listed else []
-    return [one for one in rest if one.parts], changed, notes
+        if off:
+            done.changed += off if sure else []
+            continue
+        of = done.as_said if _shown(told, found) else done.untold
+        of.setdefault(told.effect.title, []).append(told.axis - 1)
+    done.named = [one for one in done.named if one.parts]
+    return done
 
 
-def _found(
-    named: Sequence[Named], told: Told, criteria: Criteria
-) -> tuple[int, Mapping[str, Estimate]] | None:
-    """The part that is such an effect on its axis with its shape: place and estimates. Of several
-    the one whose shapes are nearest."""
-    near = list[tuple[float, int, Mapping[str, Estimate]]]()
+def _found(named: Sequence[Named], told: Told, criteria: Criteria) -> tuple[int, Estimates] | None:
+    """The part on its axis that is such an effect with its shape, or that these runs cannot tell
+    from it, or what the effect is without its further gains: place and estimates. Of several the
+    one whose shapes are nearest."""
+    near = list[tuple[bool, float, int, Estimates]]()
     for k, one in enumerate(named):
         same = one.id == told.effect.id
-        if not same and not (told.effect.id in one.rivals and told.axis in one.open):
+        rival = told.effect.id in one.rivals and told.axis in one.open
+        if not (same or rival or one.id == told.effect.extends):
             continue
         for axis, part in one.parts:
             off = 0.0 if told.effect.varied or not same else _apart(part, told)
             if axis == told.axis and off <= criteria.deviations:
-                near.append((off, k, part))
+                near.append((not same, off, k, part))
     if not near:
         return None
-    _, k, part = min(near, key=lambda one: one[0])
+    *_, k, part = min(near, key=lambda one: one[:3])
     return k, part
 
 
-def _apart(part: Mapping[str, Estimate], told: Told) -> float:
+def _apart(part: Estimates, told: Told) -> float:
     """Largest difference of a shape from the file's, in deviations; one that nothing determines
     has none."""
     return max(
@@ -108,8 +124,7 @@ def _apart(part: Mapping[str, Estimate], told: Told) -> float:
 
 
 def _deviations(estimate: Estimate, value: float) -> float:
-    deviation = _deviation(estimate)
-    off = abs(estimate.value - value)
+    deviation, off = _deviation(estimate), abs(estimate.value - value)
     return off / deviation if deviation > 0 else 0.0 if math.isclose(off, 0.0) else math.inf
 
 
@@ -123,49 +138,83 @@ def _becomes(one: Named, told: Told) -> bool:
     return effect is not None and effect.extends == told.effect.id and told.axis in one.axes
 
 
-def _without(named: Named, axis: int, part: Mapping[str, Estimate]) -> Named:
+def _without(named: Named, axis: int, part: Estimates) -> Named:
     parts = tuple(own for own in named.parts if own[0] != axis or own[1] is not part)
     axes = tuple(sorted({axis for axis, _ in parts if axis}))
     still = tuple(axis for axis in named.open if axis in axes)
-    rivals = named.rivals if still or not named.open else ()
+    rivals = named.rivals if still else ()
     return replace(
         named, axes=axes, parts=parts, parameters=by_name(parts), open=still, rivals=rivals,
         experiment=named.experiment if rivals else None,
     )  # fmt: skip
 
 
-def _alone(fit: Joint, told: Told) -> list[Estimate]:
-    """Gains of an effect that was not found, fitted beside all that was, in the file's shape; none
-    where the runs do not determine them."""
+def _in_fit(
+    fit: Joint, told: Told, named: Sequence[Named], criteria: Criteria
+) -> dict[str, Estimate]:
+    """Gains of an effect that is in the fit without a name; of several the first."""
+    if any(one.id == told.effect.id and told.axis in one.axes for one in named):
+        return {}
+    for part, beta, deviation in zip(fit.parts, fit.beta, fit.deviation, strict=True):
+        if (part.id, part.axis) != (told.effect.id, told.axis - 1):
+            continue
+        if told.effect.varied or all(
+            math.isclose(part.shape[name], value, rel_tol=criteria.exact_form_error)
+            for name, value in told.shape.items()
+        ):
+            return _estimates(fit.bench, told, beta, deviation)
+    return {}
+
+
+def _beside(fit: Joint, told: Told, instead_of: str = "") -> dict[str, Estimate]:
+    """Gains of an effect that was not found, fitted beside all that was, or in the place of one, in
+    the file's shape; none where the runs do not determine them."""
     bench, axis = fit.bench, told.axis - 1
     if told.effect.id not in bench.effects:
-        return []
-    part = Part.of(bench, told.effect.id, axis, dict(told.shape))
-    more = joint(bench, [*fit.effects, SelectedEffect(told.effect.id, (part,))], fit.freed)
-    deviation = more.deviation[-1][: len(told.gains)]
-    if not (np.isfinite(deviation) & (deviation > 0)).all():
-        return []
-    kind = bench.scales.kinds[axis]
-    listed = zip(told.effect.gains, more.beta[-1].tolist(), deviation.tolist(), strict=False)
-    return [
-        Estimate(value, (value - NORMAL * wide, value + NORMAL * wide), kind.unit(gain.unit))
-        for gain, value, wide in listed
+        return {}
+    effects = [
+        replace(e, parts=tuple(p for p in e.parts if (p.id, p.axis) != (instead_of, axis)))
+        for e in fit.effects
     ]
+    part = Part.of(bench, told.effect.id, axis, dict(told.shape))
+    more = joint(bench, [*effects, SelectedEffect(told.effect.id, (part,))], fit.freed)
+    return _estimates(bench, told, more.beta[-1], more.deviation[-1])
 
 
-def _changes(
-    bench: Bench, told: Told, found: Sequence[Estimate], criteria: Criteria
-) -> list[Changed]:
+def _estimates(bench: Bench, told: Told, beta: Array, deviation: Array) -> dict[str, Estimate]:
+    """By the names of the gains; none where one is not determined."""
+    gains, kind = told.effect.gains, bench.scales.kinds[told.axis - 1]
+    wide = NORMAL * deviation[: len(gains)]
+    if not (np.isfinite(wide) & (wide > 0)).all():
+        return {}
+    return {
+        gain.name: Estimate(value, (value - most, value + most), kind.unit(gain.unit))
+        for gain, value, most in zip(gains, beta.tolist(), wide.tolist(), strict=False)
+    }
+
+
+def _shown(told: Told, found: Estimates) -> bool:
+    """Whether the runs tell the effect from none."""
+    pairs = zip(told.effect.gains, told.gains, strict=True)
+    return any(abs(v) > NORMAL * _deviation(found[g.name]) for g, v in pairs if g.name in found)
+
+
+def _changes(bench: Bench, told: Told, found: Estimates, criteria: Criteria) -> list[Changed]:
     """Gains that are surely others than the file's, if their torque is worth a word."""
-    size, changes = told.tolerance * float(np.linalg.norm(told.gains)), list[Changed]()
-    move = np.array([e.value for e in found]) - told.gains[: len(found)]
-    if not len(found) or _share(bench, told, move) < criteria.smallest_effect:
+    gains, values, changes = told.effect.gains, np.array(told.gains), list[Changed]()
+    move = np.array([found[g.name].value if g.name in found else 0.0 for g in gains]) - values
+    if _share(bench, told, move) < criteria.smallest_effect:
         return []
-    for gain, value, estimate, off in zip(
-        told.effect.gains, told.gains.tolist(), found, move.tolist(), strict=False
-    ):
-        if abs(off) > math.hypot(criteria.deviations * _deviation(estimate), NORMAL * size):
-            changes.append(Changed(told.parameter(gain.name), value, estimate))
+    tolerance = bench.model.base.stated.tolerance
+    names = list(told.named)
+    for k, gain in enumerate(gains):
+        alike = [j for j, other in enumerate(gains) if other.unit == gain.unit]
+        size = tolerance * float(np.linalg.norm(values[alike]))
+        estimate = found.get(gain.name)
+        if estimate is None:
+            continue
+        if abs(move[k]) > math.hypot(criteria.deviations * _deviation(estimate), NORMAL * size):
+            changes.append(Changed(names[k], told.gains[k], estimate))
     return changes
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.jointfit.known import without_stated
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.result.pictured import Strip
 from flexhex.diagnosis.runs.blocks import Block, torque_at
@@ -20,13 +21,14 @@ def strips(side: Side) -> tuple[Strip, ...]:
     """
     fit, others = side.fit, side.others
     model = fit.bench.model
+    bare = without_stated(model)
     if others is not None and others.blocks:
         block, where = others.blocks[0], others.there
-        before = others.residual((), (), model.regression.q)[0]
+        before = others.without_stated().residual((), (), bare.regression.q)[0]
         after = others.residual(fit.parts, fit.beta, fit.q)[0]
     else:
         block, where = model.blocks[0], model
-        before = model.residual(model.regression.q)[0]
+        before = bare.residual(bare.regression.q)[0]
         after = fit.residual[0]
     time = block.at + block.run.shift
     return tuple(

@@ -45,7 +45,7 @@ from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.decided import verdict_of
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side
-from flexhex.diagnosis.stated import compared
+from flexhex.diagnosis.stated import beside_the_file
 from flexhex.diagnosis.strips import strips
 from flexhex.numeric.memory import give_back
 
@@ -125,22 +125,24 @@ def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnos
     progress("commanded against reported torque", 3, 4)
     sides += drives_of(model, [block.run for block in model.blocks], judged)
     settled, drifts = steadily(settled, known, judged, lambda text: progress(text, 3, 4))
-    model, sides[0] = settled.fit.bench.model, settled
+    model, stated = settled.fit.bench.model, bool(settled.fit.bench.model.base.stated.uses)
+    if stated:
+        settled = beside_the_file(settled, CRITERIA)
+    sides[0] = settled
     sides += drifts
     late = delayed(settled.fit, CRITERIA.deviations, not settled.remains)
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), settled)
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
-    named, others, said = compared(settled.fit, named, settled.nameless, CRITERIA)
-    changed, notes = (*settled.changed, *others), [*said, *notes]
+    changed = settled.changed
     residual = residual_of(
         before if main is settled else before_of(main.fit.bench.model, main.others), main
     )
-    if said and not (named or changed):
-        residual = unmoved(residual)
     told = [rest.axis - 1 for rest in main.rests]
     notes += [*slow(residual, levelled(main)), *unseen(residual, told), *resting(residual)]
     verdict = verdict_of(model, sides, named, changed, notes, run_set.coarse)
+    if stated and verdict == "none":
+        residual = unmoved(residual)
     if run_set.doubt and answered(settled.fit.bench.model.base, changed, run_set.runs):
         findings = tuple(text for text in run_set.findings if text != run_set.doubt)
         run_set = replace(run_set, findings=findings, doubt="")

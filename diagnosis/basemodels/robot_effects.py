@@ -1,5 +1,5 @@
-"""Effects that a robot's files state: friction and damping of its file, and those that the
-TOML beside it has.
+"""Effects that a robot's files state: friction and damping of its file, and those that the TOML
+beside it has.
 
     [[effects]]
     id = "coulomb_friction"
@@ -11,13 +11,14 @@ TOML beside it has.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from flexhex.diagnosis.kinds import axes_named
-from flexhex.fmus.common.effects import library
+from flexhex.diagnosis.kinds import Kind, axes_named
+from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine.complaints import complaints
 from flexhex.fmus.common.machine.effect_use import EffectUse, Elsewhere
@@ -26,11 +27,13 @@ from flexhex.fmus.common.user_code import absolute
 if TYPE_CHECKING:
     from flexhex.diagnosis.basemodels.robot_file import Robot
 
-RUBS = {
-    "coulomb_friction": ("F_c", "upperDryFrictionLimit", "friction"),
-    "viscous_friction": ("d_v", "damping", "damping"),
-}
-"""Effects that a robot's file has a place for: gain, Pinocchio's name, and what it is called."""
+DAMPING, FRICTION = "damping", ("upperDryFrictionLimit", "friction")
+"""What Pinocchio calls them; friction since its version 4, and before."""
+
+
+def friction_of(model: Any) -> Any:
+    """Dry friction of the joints of Pinocchio's model, in the order of its rates [N m, N]."""
+    return next(getattr(model, name) for name in FRICTION if hasattr(model, name))
 
 
 def effects_of(file: Path, robot: Robot) -> tuple[EffectUse, ...]:
@@ -39,22 +42,47 @@ def effects_of(file: Path, robot: Robot) -> tuple[EffectUse, ...]:
     MachineError for an entry that is none, or friction below zero.
     """
     listed = [_read(robot, k, entry) for k, entry in enumerate(robot.more.effects, start=1)]
-    told = {
-        (id, axis) for use in listed for id in (use.id, use.effect.extends) for axis in use.axes
-    }
-    for id, (gain, attribute, what) in RUBS.items():
-        axes, values = list[int](), list[float]()
-        for axis, (joint, place) in enumerate(zip(robot.joints, robot.places, strict=True), 1):
-            value = float(getattr(robot.model, attribute)[robot.model.joints[place].idx_v])
+    _refuse_twice(robot, listed)
+    told = {(id, axis) for use in listed for id in _kinds(use.effect) for axis in use.axes}
+    model = robot.model
+    for id, gain, values, what in (
+        ("coulomb_friction", "F_c", friction_of(model), "friction"),
+        ("viscous_friction", "d_v", model.damping, "damping"),
+    ):
+        own = [float(values[model.joints[place].idx_v]) for place in robot.places]
+        for joint, value in zip(robot.joints, own, strict=True):
             if value < 0:
                 raise MachineError(f"{file}: joint {joint} has a {what} of {value:g}: correct it")
-            if value and (id, axis) not in told:
-                axes.append(axis)
-                values.append(value)
-        if axes:
-            start = {s.name: s.start for s in library()[id].shapes}
-            listed.append(EffectUse.of(id, axes, **{gain: values}, **start))
+        axes = [k for k, value in enumerate(own, start=1) if value and (id, k) not in told]
+        for kind in dict.fromkeys(robot.kinds[axis - 1] for axis in axes):
+            mine = [axis for axis in axes if robot.kinds[axis - 1] is kind]
+            # a file has no form of friction: it turns over at once
+            shape = {shape.name: shape.low for shape in library()[id].shapes}
+            parameters = {gain: [own[axis - 1] for axis in mine], **shape}
+            entry = {"id": id, "axes": mine, "parameters": parameters}
+            listed.append(_use(entry, kind, str(file)))
     return tuple(listed)
+
+
+def _kinds(effect: Effect) -> tuple[str, ...]:
+    """Its id, and that of the effect that it has in its gains."""
+    return (effect.id, effect.extends) if effect.extends else (effect.id,)
+
+
+def _refuse_twice(robot: Robot, uses: Sequence[EffectUse]) -> None:
+    """MachineError for what an axis has more often than it can."""
+    seen = dict[tuple[str, int], list[EffectUse]]()
+    for k, use in enumerate(uses, start=1):
+        for axis in use.axes:
+            for id in _kinds(use.effect):
+                others = seen.setdefault((id, axis), [])
+                alike = any(other.id != use.id or other.shape == use.shape for other in others)
+                if alike or len(others) >= use.effect.most:
+                    raise MachineError(
+                        f"{robot.more.where(f'effects.{k}')}: axis {axis} has {others[0].id}"
+                        " already: write one entry with the sum of both"
+                    )
+                others.append(use)
 
 
 def _read(robot: Robot, number: int, entry: dict[str, Any]) -> EffectUse:
@@ -72,10 +100,19 @@ def _read(robot: Robot, number: int, entry: dict[str, Any]) -> EffectUse:
     kind = kinds.pop() if kinds else robot.kinds[0]
     if isinstance(id := entry.get("id"), str):
         entry = entry | {"id": absolute(id, robot.more.folder)}
+    use = _use(entry, kind, where)
+    effect = use.effect
+    timed = effect.line or any(shape.of_time for shape in effect.shapes)
+    if effect.acts_on not in ("torque", "drive") or effect.geared or effect.feedforward or timed:
+        raise MachineError(f"{where}: {use.id} is no torque that goes with the motion: take it out")
+    for axis in there:
+        if not effect.meets(axis, n, use.shape):
+            raise MachineError(f"{where}: axis {axis} can have no {use.id} with these values")
+    return use
+
+
+def _use(entry: dict[str, Any], kind: Kind, where: str) -> EffectUse:
     try:
-        use = EffectUse.model_validate(entry, context=Elsewhere(kind.unit))
+        return EffectUse.model_validate(entry, context=Elsewhere(kind.unit))
     except ValidationError as error:
         raise MachineError("\n".join(complaints(where, EffectUse, error.errors()))) from None
-    if use.effect.acts_on not in ("torque", "drive") or use.effect.geared:
-        raise MachineError(f"{where}: {use.id} is no torque of the motion: take it out")
-    return use

@@ -20,6 +20,7 @@ def as_urdf(file: Path, tree: ElementTree.Element) -> ElementTree.Element:
     UsageError without the library, MachineError for what URDF cannot say or the library not read.
     """
     _refuse(file, tree)
+    _with_springs(tree)
     try:
         rod: Any = importlib.import_module("rod")
         exporter: Any = importlib.import_module("rod.urdf.exporter")
@@ -28,7 +29,7 @@ def as_urdf(file: Path, tree: ElementTree.Element) -> ElementTree.Element:
     # it also reads URDF, by a program of Gazebo, and warns that there is none
     logging.getLogger("rod").setLevel(logging.ERROR)
     try:
-        sdf = rod.Sdf.load(str(file), is_urdf=False)
+        sdf = rod.Sdf.load(ElementTree.tostring(tree, encoding="unicode"), is_urdf=False)
         # what it cannot read of one link it says of none
         if not sdf.models()[0].links():
             raise MachineError(
@@ -45,6 +46,14 @@ def as_urdf(file: Path, tree: ElementTree.Element) -> ElementTree.Element:
         if joint.get("type") in ("revolute", "prismatic") and joint.find("limit") is None:
             ElementTree.SubElement(joint, "limit", {"effort": "0", "velocity": "0"})
     return urdf
+
+
+def _with_springs(tree: ElementTree.Element) -> None:
+    """<dynamics> with springs of nothing, which SDF may leave out and the library wants."""
+    for dynamics in tree.iter("dynamics"):
+        for name in ("damping", "friction", "spring_reference", "spring_stiffness"):
+            if dynamics.find(name) is None:
+                ElementTree.SubElement(dynamics, name).text = "0"
 
 
 def _refuse(file: Path, tree: ElementTree.Element) -> None:

@@ -23,6 +23,16 @@ def own_effects(texts: Sequence[str]) -> dict[str, OwnEffect]:
     return effects
 
 
+def with_own(own: Mapping[str, OwnEffect], more: Sequence[OwnEffect]) -> dict[str, OwnEffect]:
+    """These and others, by id. UsageError for two of one name that are not one."""
+    effects = dict(own)
+    for effect in more:
+        there = effects.setdefault(effect.id, effect)
+        if there.origin != effect.origin:
+            raise UsageError(f"{effect.origin}: {there.origin} is called so, too: rename one")
+    return effects
+
+
 def sought(own: Mapping[str, OwnEffect]) -> dict[str, Effect]:
     """The library for the mechanism, with what can stand behind the drives' reports; and the user's
     own effects."""

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, drifting
 from flexhex.diagnosis.jointfit.effects import Part
-from flexhex.diagnosis.jointfit.known import about_known, known_torque
+from flexhex.diagnosis.jointfit.known import about_known, without_stated
 from flexhex.diagnosis.runs.blocks import Block
-from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 
@@ -32,10 +31,10 @@ class Elsewhere:
         self._bench = bench.beside(self.there)
         self._thin: dict[object, list[Array]] = {}
 
-    def without(self, told: Sequence[EffectUse]) -> Elsewhere:
-        """The same of the runs without the torque of effects that a file states."""
+    def without_stated(self) -> Elsewhere:
+        """The same of the runs without the torque of what the file states."""
         other = copy(self)
-        other.there = self.there.less(known_torque(self.there, told))
+        other.there = without_stated(self.there)
         return other
 
     def residual(self, parts: Sequence[Part], beta: Sequence[Array], q: Array) -> list[Array]:

@@ -39,6 +39,12 @@ def known_torque(model: Calibrated, told: Sequence[EffectUse] = ()) -> list[Arra
     return total
 
 
+def without_stated(model: Calibrated) -> Calibrated:
+    """The same of the runs without the torque of what the file states."""
+    told = model.base.stated.uses
+    return model.less(known_torque(model, told)) if told else model
+
+
 def about_known(
     base: Base,
     blocks: Sequence[Block],

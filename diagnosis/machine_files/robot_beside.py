@@ -20,6 +20,8 @@ from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.user_code import relative
 
 Table = dict[str, Any]
+HEAD = "What `flexhex identify` found"
+"""The first words of such a file."""
 VAGUE = 10.0
 """Relative deviation beyond which a rotor's inertia stays free: the largest that the TOML takes."""
 OWN = ("coulomb_friction", "torque_offset")
@@ -27,8 +29,14 @@ OWN = ("coulomb_friction", "torque_offset")
 friction."""
 
 
-def beside_text(path: Path, written: Path, identified: Identified) -> str:
-    """The TOML at `path`, beside the robot's file that was `written`."""
+def written_by_us(path: Path) -> bool:
+    """Whether a TOML is one that was written here, and by nobody since."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline().startswith(f"# {HEAD}")
+
+
+def beside_text(path: Path, written: Path, identified: Identified) -> tuple[str, set[str]]:
+    """The TOML at `path`, beside the robot's file that was `written`; and the parameters in it."""
     estimated = identified.estimated
     base, found = estimated.model.base, {one.name: one for one in identified.parameters}
     assert isinstance(base, RobotBase)
@@ -38,12 +46,15 @@ def beside_text(path: Path, written: Path, identified: Identified) -> str:
         tables["gravity"] = list(more.gravity)
     known = more.tolerance
     tables["tolerance"] = {key: getattr(known, key) for key in sorted(known.model_fields_set)}
-    tables["rotor"] = {}
+    tables["rotor"], there = {}, set[str]()
     for axis, (joint, kind) in enumerate(zip(robot.joints, base.kinds, strict=True), start=1):
-        rotor = found[f"{kind.inertia}_r[{axis}]"].estimate
+        name = f"{kind.inertia}_r[{axis}]"
+        rotor = found[name].estimate
         wide = (rotor.ci95[1] - rotor.value) / NORMAL
         if wide <= VAGUE * rotor.value:
-            tables["rotor"][joint] = {"inertia": rotor.value, "tolerance": wide / rotor.value}
+            share = wide / rotor.value if wide else 0.0
+            tables["rotor"][joint] = {"inertia": rotor.value, "tolerance": share}
+            there.add(name)
     if more.tool is not None:
         tables["tool"] = more.tool.model_dump()
     effects = list[Table]()
@@ -54,17 +65,20 @@ def beside_text(path: Path, written: Path, identified: Identified) -> str:
                 effect = library()[id]
                 shape = form.shape if effect.shapes else {}
                 effects.append(_entry(effect, i, base.kinds[i], [one], shape, path.parent))
+                there.add(one.name)
     for extra in estimated.extras.listed:
         gains = [found[extra.parameter(gain.name)] for gain in extra.effect.gains]
         shape = {name: _moved(found, extra.parameter(name), v) for name, v in extra.shape.items()}
         kind = base.kinds[extra.axis]
         effects.append(_entry(extra.effect, extra.axis, kind, gains, shape, path.parent))
+        names = *(gain.name for gain in extra.effect.gains), *extra.shape
+        there |= {extra.parameter(name) for name in names}
     runs = ", ".join(Path(run).name for run in identified.runs)
     head = [
-        f"What `flexhex identify` found beside {written.name}: --base {path.name} is all of it.",
+        f"{HEAD} beside {written.name}: --base {path.name} has both.",
         f"From {runs}.",
     ]
-    return toml_text({k: v for k, v in tables.items() if v}, {"effects": effects}, head)
+    return toml_text({k: v for k, v in tables.items() if v}, {"effects": effects}, head), there
 
 
 def _moved(found: Mapping[str, Parameter], name: str, value: float) -> float:
@@ -85,8 +99,9 @@ def _entry(
     for gain, one in zip(effect.gains, gains, strict=True):
         value, (low, high) = one.estimate.value, one.estimate.ci95
         # noise alone may have pushed it beyond what a machine can have
-        table: Table = {"value": min(max(value, gain.low), gain.high), "unit": kind.unit(gain.unit),
-                        "source": "fitted"}  # fmt: skip
+        value = max(value, 0.0) if gain.low == 0 else value
+        value = min(value, gain.high) if gain.unit == "1" else value
+        table: Table = {"value": value, "unit": kind.unit(gain.unit), "source": "fitted"}
         if math.isfinite(low) and math.isfinite(high):
             table["ci95"] = [low, high]
         tables[gain.name] = table

@@ -18,6 +18,7 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.robot_effects import friction_of
 from flexhex.diagnosis.basemodels.robot_file import pinocchio, read_robot
 from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.diagnosis.basemodels.tolerances import RobotTolerance
@@ -204,7 +205,7 @@ def _refuse_other(written: Path, path: Path, base: RobotBase, values: Mapping[st
     wanted, actual = base.torque(motion, p), back.torque(motion, own)
     order = [robot.model.joints[place].idx_v for place in robot.places]
     model, pairs = robot.model, [(wanted, actual)]
-    for name, read in (("d", model.damping), ("F_c", model.upperDryFrictionLimit),
+    for name, read in (("d", model.damping), ("F_c", friction_of(model)),
                        ("J_r", model.armature), ("m_r", model.armature)):  # fmt: skip
         for k, place in enumerate(order):
             if name in PLACES[written.suffix] and f"{name}[{k + 1}]" in values:

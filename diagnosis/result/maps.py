@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.jointfit.answer import Joint
+from flexhex.diagnosis.jointfit.known import without_stated
 from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.runs.noise import pairs
 
@@ -27,8 +28,8 @@ SEGMENT = 128
 
 def maps(fit: Joint) -> tuple[Map, ...]:
     """Maps of every axis, before and after the effects that were found."""
-    calibrated = fit.bench.model
-    before = _means(fit, calibrated.residual(calibrated.regression.q))
+    bare = without_stated(fit.bench.model)
+    before = _means(fit, bare.residual(bare.regression.q))
     after = _means(fit, fit.residual)
     listed = []
     for i, kind in enumerate(fit.bench.scales.kinds):

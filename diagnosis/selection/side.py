@@ -58,13 +58,6 @@ class Side:
     refuted: bool = False
 
     @property
-    def nameless(self) -> set[int]:
-        """Axes (from 0) of which something remains, or a part of the fit has no name."""
-        told = {axis - 1 for named in self.named for axis in named.axes}
-        parts = {part.axis for part in self.fit.parts if part.axis is not None}
-        return {*self.remains, *(parts - told)}
-
-    @property
     def matters(self) -> bool:
         """Whether anything was found or is left here."""
         return bool(self.named or self.remains)

@@ -166,7 +166,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     if diagnosis.verdict == "cannot tell" and not any(MEND in n for n in diagnosis.notes):
         text = "Measure two trajectories, each at least twice, every axis through its whole range"
         steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
-        if invocation.base != "hexapod":
+        if diagnosis.parameters:
             steps.append(("Until then, fit the parameters to these logs:", invocation.fit()))
     return steps
 

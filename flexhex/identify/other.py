@@ -53,10 +53,10 @@ TERMINAL = Pointers()
 
 
 def identified_json(
-    identified: Identified, written: Sequence[str] = (), more: Excitation | None = None
+    identified: Identified, written: Sequence[str] | None = None, more: Excitation | None = None
 ) -> str:
-    """All of it as JSON; written: files; more: a motion and what it would narrow."""
-    data = identified.data() | ({"written": list(written)} if written else {})
+    """All of it as JSON; written: files, of an answer; more: a motion and what it would narrow."""
+    data = identified.data() | ({} if written is None else {"written": list(written)})
     if more is not None:
         data["next"] = [{"name": one.name, "narrower": share} for one, share in more.narrowed]
     return json.dumps(data, indent=2)

@@ -6,10 +6,11 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from pathlib import Path
 
 from flexhex.diagnose.options import refuse_unwritable
+from flexhex.diagnosis.estimation.friction import PARAMETER
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.kinds import axes_named
 from flexhex.fmus.common.errors import UsageError
@@ -24,6 +25,7 @@ def checked_target(path: Path, base: str) -> None:
     """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
     from flexhex.diagnosis.basemodels.robot_file import is_robot
     from flexhex.diagnosis.basemodels.robot_more import read_more
+    from flexhex.diagnosis.machine_files.robot_beside import written_by_us
 
     file = read_more(base).file
     own = is_robot(base) and file.suffix != ".sdf"
@@ -36,8 +38,9 @@ def checked_target(path: Path, base: str) -> None:
         )
     if is_robot(base) and path.resolve() == file.resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
-    if is_robot(base) and path.with_suffix(ENDING).resolve() == Path(base).resolve():
-        raise UsageError(f"--write {path}: {base} would be overwritten, too: name another file")
+    beside = path.with_suffix(ENDING)
+    if own and path.suffix not in TABLES and beside.is_file() and not written_by_us(beside):
+        raise UsageError(f"--write {path}: {beside} would be overwritten, too: name another file")
     refuse_unwritable(path, "--write")
 
 
@@ -73,11 +76,17 @@ def write_identified(path: Path, identified: Identified) -> tuple[list[Path], li
     base = identified.estimated.model.base
     assert isinstance(base, RobotBase)
     values = {one.name: one.estimate.value for one in identified.parameters}
-    left, scaled = write_robot(path, base, base.file, values)
+    for extra in identified.estimated.extras.listed:
+        # what has friction in its gains stands in its place, in the TOML alone as a whole
+        if extra.effect.extends in PARAMETER:
+            name = f"{PARAMETER[extra.effect.extends]}[{extra.axis + 1}]"
+            values[name] = values[extra.parameter(extra.effect.gains[0].name)]
     beside, whole = path.with_suffix(ENDING), path.with_suffix(".json")
-    beside.write_text(beside_text(beside, path, identified), encoding="utf-8")
+    text, there = beside_text(beside, path, identified)
+    left, scaled = write_robot(path, base, base.file, values)
+    beside.write_text(text, encoding="utf-8")
     whole.write_text(identified_json(identified) + "\n", encoding="utf-8")
-    notes = _without(path, beside, [name for name in left if values[name]])
+    notes = _without(path, beside, [name for name in left if values[name]], there)
     early = [i for i, form in enumerate(identified.estimated.forms) if form.lead]
     if early:
         notes.append(
@@ -93,14 +102,17 @@ def write_identified(path: Path, identified: Identified) -> tuple[list[Path], li
     return [path, beside, whole], notes
 
 
-def _without(path: Path, beside: Path, left: Sequence[str]) -> list[str]:
-    """A sentence on values for which a robot's file has no place."""
-    if not left:
-        return []
-    return [
-        f"{path} has no place for {', '.join(left)}: torques from it alone lack them; {beside} has"
-        f" them, too (--base {beside}), and --fmu builds all of it"
-    ]
+def _without(path: Path, beside: Path, left: Sequence[str], there: Container[str]) -> list[str]:
+    """Sentences on values for which a robot's file has no place, and the TOML has, or has none."""
+    texts, own = list[str](), [name for name in left if name in there]
+    if own:
+        texts.append(
+            f"{path} has no place for {', '.join(own)}: torques from it alone lack them; {beside}"
+            f" has them, too (--base {beside}), and --fmu builds all of it"
+        )
+    if rest := [name for name in left if name not in there]:
+        texts.append(f"{', '.join(rest)}: in neither {path} nor {beside}, in the .json alone")
+    return texts
 
 
 def _csv(identified: Identified) -> str:

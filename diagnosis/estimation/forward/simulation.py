@@ -107,7 +107,7 @@ def simulation(estimated: Estimated, there: Calibrated, held_out: bool) -> Simul
         _broken(first.windows.theta[first.drawn]),
         tuple(left_out),
         why if with_file else "",
-        not known,
+        not estimated.extras.file,
     )
 
 

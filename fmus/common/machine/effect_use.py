@@ -34,9 +34,9 @@ _KEYS = ("id", "axes", "parameters")
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """A file of another machine, whose values may stand alone and beyond the library's ranges of
-    shapes; unit: of what the library has in a unit for an axis that turns. Context of validation.
-    """
+    """A file of another machine, whose values may stand alone and beyond the library's ranges, but
+    for signs and shares; unit: of what the library has in a unit for an axis that turns. Context of
+    validation."""
 
     unit: Callable[[str], str]
 
@@ -113,7 +113,7 @@ class EffectUse(Section):
 
 def _known(id: Any) -> Effect:
     effects: Mapping[str, Effect] = library()
-    if id in effects:
+    if isinstance(id, str) and id in effects:
         return effects[id]
     packages = offered(EFFECT_GROUP)
     if isinstance(id, str) and (split(id) or id in packages):
@@ -154,6 +154,8 @@ def _axes(effect: Effect, axes: Any) -> list[int]:
 def _gain(gain: Gain, table: Any, n_axes: int, where: Elsewhere | None) -> tuple[float, ...]:
     many = isinstance(table.get("value") if isinstance(table, dict) else table, list)
     within = {"ge": gain.low, "le": gain.high}
+    if where is not None and gain.unit != "1":
+        within = {"ge": 0.0} if gain.low == 0 else {}
     values = _quantity(gain, within, table, where, *((n_axes,) if many else ()))
     return tuple(values) if many else (values,) * n_axes
 

@@ -1,4 +1,4 @@
-"""Effects that a robot's files state: read, compared with the runs, written by `identify`.
+"""Effects that a robot's files state: read, and compared with the runs.
 
 The logs are those of `examples/robot`, which MuJoCo made; what is true of them stands there.
 """
@@ -6,63 +6,27 @@ The logs are those of `examples/robot`, which MuJoCo made; what is true of them 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import flexhex
-from flexhex.diagnosis.basemodels.bases import base_of
-from flexhex.diagnosis.basemodels.robots import RobotBase
-from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import MachineError
 from tests.compare import assert_close
-from tests.conftest import ROOT
 from tests.diagnosis.estimation.machines import CART
+from tests.diagnosis.robots.stated_arm import (
+    DRY,
+    ENTRY,
+    HELD_OUT,
+    PER_TURN,
+    RIPPLE,
+    RUNS,
+    VISCOUS,
+    arm,
+    base_for,
+    listed,
+)
 
 pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
-Array = NDArray[np.float64]
-EXAMPLE = ROOT / "examples" / "robot"
-RUNS = tuple(EXAMPLE / f"{name}.csv" for name in ("a1", "a2", "b1", "b2"))
-HELD_OUT = (EXAMPLE / "c1.csv",)
-DRY, VISCOUS, RIPPLE, PER_TURN = (0.8, 1.5, 0.5), (0.6, 0.9, 0.3), 0.25, 18
-ENTRY = """[[effects]]
-id = "{}"
-axes = [{}]
-[effects.parameters]
-{}
-"""
-
-
-def arm(folder: Path, dry: Any = DRY, viscous: Any = VISCOUS, more: str = "") -> Path:
-    """The example's arm with friction in its file, and a TOML beside it."""
-    text = (EXAMPLE / "arm.urdf").read_text()
-    for joint, friction, damping in zip(("column", "shoulder", "elbow"), dry, viscous, strict=True):
-        head, name, rest = text.partition(f'<joint name="{joint}"')
-        end = rest.index("</joint>")
-        tag = f'<dynamics damping="{damping}" friction="{friction}"/>'
-        text = head + name + rest[:end] + tag + rest[end:]
-    (folder / "arm.urdf").write_text(text)
-    beside = folder / "arm.toml"
-    beside.write_text(f'robot = "arm.urdf"\n{more}')
-    return beside
-
-
-def base_for(file: Path, n: int = 3) -> RobotBase:
-    base = base_of(str(file), None, Log.of("run.csv", 0.01, *np.zeros((2, 20, n))))
-    assert isinstance(base, RobotBase)
-    return base
-
-
-def listed(base: RobotBase) -> dict[str, list[float]]:
-    """First gain of each effect on each axis, 0 where there is none."""
-    values = dict[str, list[float]]()
-    for use in base.stated.uses:
-        own = values.setdefault(use.id, [0.0] * base.n)
-        for axis, gain in zip(use.axes, use.gains[0], strict=True):
-            own[axis - 1] += gain
-    return values
 
 
 def test_friction_and_damping_are_those_of_the_file(tmp_path: Path) -> None:
@@ -123,7 +87,33 @@ WRONG = {
     "count": (ENTRY.format("torque_offset", "1, 2", "o = [1, 2, 3]"), "o: wants 2 entries, has 3"),
     "encoder": (
         ENTRY.format("encoder_eccentricity", 1, "e_c = 1e-3\ne_s = 0\nk = 1"),
-        "effects.1: encoder_eccentricity is no torque of the motion: take it out",
+        "effects.1: encoder_eccentricity is no torque that goes with the motion: take it out",
+    ),
+    "twice": (
+        ENTRY.format("torque_offset", 2, "o = 1") + ENTRY.format("torque_offset", "1, 2", "o = 2"),
+        "effects.2: axis 2 has torque_offset already: write one entry with the sum",
+    ),
+    "both frictions": (
+        ENTRY.format("stribeck_friction", 1, "F_c = 1\nF_s = 1\ns_0 = 1e-3\nv_s = 0.1")
+        + ENTRY.format("coulomb_friction", 1, "F_c = 1\ns_0 = 1e-3"),
+        "effects.2: axis 1 has stribeck_friction already",
+    ),
+    "limit": (
+        ENTRY.format("torque_saturation", 1, "clip = 1\ntau_lim = 3\np = 16"),
+        "effects.1: torque_saturation is no torque that goes with the motion: take it out",
+    ),
+    "lag": (ENTRY.format("drive_lag", 1, "T_lag = 1e-3"), "effects.1: drive_lag is no torque that"),
+    "source": (
+        ENTRY.format("cross_coupling", 1, "C = 1\nsource = 1\nkind = 0"),
+        "effects.1: axis 1 can have no cross_coupling with these values",
+    ),
+    "no id": (
+        ENTRY.format("x", 1, "o = 1").replace('"x"', '["a"]'),
+        "effects.1: there is no effect",
+    ),
+    "share": (
+        ENTRY.format("load_friction", 1, "mu = 5\ns_0 = 1e-3"),
+        "mu: 5.0, must be at most 0.5",
     ),
     "table": ('effects = "friction"\n', "effects: wants a list, is 'friction'"),
 }
@@ -139,6 +129,26 @@ def test_a_wrong_entry_is_an_error_with_its_place(name: str, tmp_path: Path) -> 
 def test_friction_below_zero_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(MachineError, match=r"joint elbow has a damping of -0\.3: correct it"):
         base_for(arm(tmp_path, viscous=(0.6, 0.9, -0.3)))
+
+
+def test_heavy_axes_have_what_friction_they_have(tmp_path: Path) -> None:
+    """Also two waves on one axis."""
+    waves = [ENTRY.format("cogging_harmonic", 1, f"a = 0\nb = 2e5\norder = {n}") for n in (11, 18)]
+    base = base_for(arm(tmp_path, viscous=(2e5, 0, 0), more="".join(waves)))
+    assert listed(base)["viscous_friction"] == [2e5, 0.0, 0.0]
+
+
+def test_friction_of_an_sdf_is_read_without_springs(tmp_path: Path) -> None:
+    link = "<link name='{}'><inertial><mass>2</mass><inertia><ixx>.1</ixx><iyy>.1</iyy><izz>.1"
+    link += "</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>"
+    joint = "<joint name='j' type='revolute'><parent>foot</parent><child>arm</child><axis><xyz>0 1"
+    joint += " 0</xyz><limit><lower>-3</lower><upper>3</upper></limit><dynamics><damping>0.7"
+    joint += "</damping></dynamics></axis></joint>"
+    fixed = "<joint name='w' type='fixed'><parent>world</parent><child>foot</child></joint>"
+    links = link.format("foot") + link.format("arm")
+    text = f"<sdf version='1.7'><model name='m'>{fixed}{links}{joint}</model></sdf>"
+    (tmp_path / "arm.sdf").write_text(text)
+    assert listed(base_for(tmp_path / "arm.sdf", 1)) == {"viscous_friction": [0.7]}
 
 
 def test_axes_that_turn_and_slide_want_entries_of_their_own(tmp_path: Path) -> None:
@@ -176,64 +186,3 @@ def test_other_values_than_the_files_are_changes_and_the_rest_is_missing(tmp_pat
         low, high = changed[name].estimate.ci95
         assert low <= value <= high
     assert changed["d[2]"].nominal == 2.7
-
-
-def test_written_files_are_the_whole_model(tmp_path: Path) -> None:
-    """Read back, they leave little of the torque, but for what a library's friction has not: that
-    of MuJoCo turns over before the rate does. URDF alone leaves more."""
-    runs = dict(runs=RUNS, held_out=HELD_OUT)
-    ripple = ENTRY.format("cogging_harmonic", 3, f"a = 0\nb = 0.1\norder = {PER_TURN}")
-    file = arm(tmp_path, (0.4, 1.5, 0.5), VISCOUS, ripple)
-    first = flexhex.identify_runs(**runs, base=str(file))
-    assert first["F_c[1]"].file == 0.4
-    assert abs(first["F_c[1]"].estimate.value - DRY[0]) < 0.05
-    assert first["cogging_harmonic.b[3]"].file == 0.1
-    assert abs(first["cogging_harmonic.b[3]"].estimate.value - RIPPLE) < 0.01
-    assert first.simulation is not None
-    assert not first.simulation.bare
-    written = flexhex.save_identified(first, tmp_path / "made.urdf")
-    assert tmp_path / "made.toml" in written.files
-    again = flexhex.identify_runs(**runs, base=str(tmp_path / "made.toml"))
-    assert first.held_out is not None
-    assert again.held_out is not None
-    assert (again.held_out.file < 0.02).all()
-    assert [n for n in written.notes if "friction on axes 1, 2 and 3 turns over" in n]
-    bare = flexhex.identify_runs(**runs, base=str(tmp_path / "made.urdf"))
-    assert bare.held_out is not None
-    assert (bare.held_out.file > 1.5 * again.held_out.file).all()
-
-
-def test_a_base_that_would_be_overwritten_is_refused(tmp_path: Path) -> None:
-    from flexhex.fmus.common.errors import UsageError
-    from flexhex.identify.write_other import checked_target
-
-    file = arm(tmp_path)
-    (tmp_path / "arm.urdf").rename(tmp_path / "other.urdf")
-    file.write_text('robot = "other.urdf"\n')
-    with pytest.raises(UsageError, match=r"arm.urdf: .*arm.toml would be overwritten, too"):
-        checked_target(tmp_path / "arm.urdf", str(file))
-
-
-OWN = """class Spring:
-    gains = (("k", "N m/rad"),)
-
-    def columns(self, axis):
-        return axis.theta[:, None]
-"""
-
-
-def test_an_effect_of_ones_own_is_seen_from_the_toml(tmp_path: Path) -> None:
-    (tmp_path / "spring.py").write_text(OWN)
-    entry = ENTRY.format("spring.py:Spring", 2, 'k = { value = 12, unit = "N m/rad" }')
-    (use,) = base_for(arm(tmp_path, (0,) * 3, (0,) * 3, entry)).stated.uses
-    assert use.own is not None
-    assert use.gains == ((12.0,),)
-    file = arm(tmp_path, more=entry)
-    found = flexhex.identify_runs(RUNS, HELD_OUT, base=str(file))
-    spring = found["spring.k[2]"]
-    assert spring.file == 12.0
-    # it has none
-    assert spring.estimate.ci95[0] < 0 < spring.estimate.ci95[1]
-    made = tmp_path / "made.urdf"
-    assert flexhex.save_identified(found, made)
-    assert 'id = "spring.py:Spring"' in made.with_suffix(".toml").read_text()
