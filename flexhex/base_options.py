@@ -83,6 +83,19 @@ def base_options(
     return Options(base, log, tolerance=known, joints=named, effects=tuple(effects or [])), file
 
 
+def read_of(options: Options, machine: Path | None) -> list[Path]:
+    """Files that are read beside logs."""
+    from flexhex.diagnosis.basemodels.robot_file import is_robot
+    from flexhex.diagnosis.basemodels.robot_more import read_more
+    from flexhex.fmus.common.user_code import split
+
+    named = [split(text) for text in (options.base, *options.effects)]
+    files = [own[0] for own in named if own is not None]
+    if is_robot(options.base):
+        files += [Path(options.base), read_more(options.base).file]
+    return files if machine is None else [*files, machine]
+
+
 def tolerances(words: list[str], base: str) -> dict[str, float]:
     """`mass=0.1` and the like, by the keys that there are for a base model. UsageError for what is
     none of them, or no such number."""

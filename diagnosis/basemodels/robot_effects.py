@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from flexhex.diagnosis.basemodels.robot_more import meant
 from flexhex.diagnosis.kinds import Kind, axes_named
 from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.errors import MachineError
@@ -89,6 +90,9 @@ def _read(robot: Robot, number: int, entry: dict[str, Any]) -> EffectUse:
     """An entry of the TOML."""
     where, n = robot.more.where(f"effects.{number}"), len(robot.joints)
     axes = entry.get("axes")
+    if isinstance(axes, list):
+        axes = [_axis(robot, where, axis) for axis in axes]
+        entry = entry | {"axes": axes}
     there = [a for a in axes if isinstance(a, int)] if isinstance(axes, list) else []
     strange = [axis for axis in there if not 1 <= axis <= n]
     if strange:
@@ -109,6 +113,15 @@ def _read(robot: Robot, number: int, entry: dict[str, Any]) -> EffectUse:
         if not effect.meets(axis, n, use.shape):
             raise MachineError(f"{where}: axis {axis} can have no {use.id} with these values")
     return use
+
+
+def _axis(robot: Robot, where: str, axis: Any) -> Any:
+    """The number of a joint that is named; any other as it is."""
+    if not isinstance(axis, str):
+        return axis
+    if axis not in robot.joints:
+        raise MachineError(f"{where}: axes: {axis} is no axis{meant(axis, robot.joints)}")
+    return robot.joints.index(axis) + 1
 
 
 def _use(entry: dict[str, Any], kind: Kind, where: str) -> EffectUse:

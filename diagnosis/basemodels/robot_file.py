@@ -30,6 +30,7 @@ from flexhex.diagnosis.basemodels.robot_senseless import (
     odd_moments,
     refuse_negative,
     refuse_no_axis,
+    refuse_odd_friction,
 )
 from flexhex.diagnosis.kinds import Kinds
 from flexhex.fmus.common.errors import MachineError, UsageError, unreadable
@@ -102,6 +103,7 @@ def read_robot(
     tree = robot_xml(file)
     refuse_couplings(file, tree)
     refuse_negative(file, tree)
+    refuse_odd_friction(file, tree)
     refuse_no_axis(file, tree)
     model = _model(pin, file, tree)
     moving = list(model.names)[1:]

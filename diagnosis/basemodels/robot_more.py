@@ -23,6 +23,8 @@ from flexhex.fmus.common.machine_file import read_toml
 
 Array = NDArray[np.float64]
 ENDING = ".toml"
+HEAVIEST = 100.0
+"""Gravity [m/s2] that no robot stands in: another unit."""
 
 
 class Rotor(Section):
@@ -91,6 +93,14 @@ class More(Section):
     tool: Tool | None = None
     effects: tuple[dict[str, Any], ...] = ()
     _said_by: Path = PrivateAttr(default=Path())
+
+    @model_validator(mode="after")
+    def _on_a_planet(self) -> More:
+        if self.gravity is not None and np.linalg.norm(self.gravity) > HEAVIEST:
+            raise ValueError(
+                f"gravity is {np.linalg.norm(self.gravity):.4g} m/s2: on the earth it is 9.81"
+            )
+        return self
 
     @property
     def file(self) -> Path:

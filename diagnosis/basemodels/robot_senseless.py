@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 from flexhex.fmus.common.errors import MachineError
 
 Array = NDArray[np.float64]
+RUBS = ("damping", "frictionloss", "armature")
+"""Attributes of MJCF's joints."""
+DYNAMICS = ("damping", "friction")
+"""Those of URDF's <dynamics>."""
 ROUNDED = 0.01
 """Relative excess of a moment of inertia that rounding in a file may make: beyond it there is a
 remark, and nothing else depends on it."""
@@ -29,6 +33,33 @@ def refuse_negative(file: Path, tree: ElementTree.Element) -> None:
                 if mass.strip().startswith("-"):
                     raise MachineError(
                         f"{file}: link {link.get('name')} has a mass of {mass} kg: correct it"
+                    )
+
+
+def refuse_odd_friction(file: Path, tree: ElementTree.Element) -> None:
+    """MachineError for friction, damping or a rotor of a joint that is no number or below zero, and
+    for what URDF does not know beside them."""
+    for joint in tree.iter("joint"):
+        listed = {name: joint.get(name) for name in RUBS}
+        for dynamics in joint.findall("dynamics"):
+            strange = [name for name in dynamics.attrib if name not in DYNAMICS]
+            if strange:
+                raise MachineError(
+                    f"{file}: joint {joint.get('name')}: <dynamics> has no {strange[0]}: write"
+                    f" {' or '.join(DYNAMICS)}"
+                )
+            listed |= dynamics.attrib
+        for name, text in listed.items():
+            # MJCF takes several, of a joint with several degrees of freedom
+            for word in (text or "0").split() if text != "" else [""]:
+                try:
+                    good = 0 <= float(word) < np.inf
+                except ValueError:
+                    good = False
+                if not good:
+                    raise MachineError(
+                        f"{file}: joint {joint.get('name')} has {name}={text!r}: a number, not"
+                        " below zero"
                     )
 
 

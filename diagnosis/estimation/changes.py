@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.estimation.friction import PARAMETER
 from flexhex.diagnosis.runs.run import Run
+from flexhex.fmus.common.effects import library
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ def loosened(base: Base, changes: Sequence[Change]) -> tuple[Base, list[str]]:
             f"{', '.join(freed)}: changed, as the diagnosis found: the file's value counts so much"
             " less"
         )
+    lasting = {name: by for name, by in lasting.items() if not _is_effect(name)}
     if lasting:
         places = "--tolerance geometry=0.002 fits places of joints, gravity=0.002 a tilt"
         notes.append(
@@ -59,6 +62,11 @@ def loosened(base: Base, changes: Sequence[Change]) -> tuple[Base, list[str]]:
     looser = copy(base)
     looser.linear = tuple(linear)
     return looser, notes
+
+
+def _is_effect(name: str) -> bool:
+    """Whether a parameter is a gain of friction or of another effect: these are fitted anew."""
+    return name.partition("[")[0] in PARAMETER.values() or name.partition(".")[0] in library()
 
 
 def loaded(runs: Sequence[Run], changes: Sequence[Change]) -> tuple[list[Run], list[str]]:

@@ -81,7 +81,7 @@ class Seen:
             size = float((self.share[fitted] / np.abs(c[fitted])).min())
             unsure = max(deviation, alone)
             away = not by_size and abs(value) > SURE * unsure
-            determined = unsure * size < SMALL or away
+            determined = size > 0 and (unsure * size < SMALL or away)
         against = abs(float(c @ (estimated.free - estimated.values)))
         determined &= against <= SURE * deviation
         low, high = value - NORMAL * deviation, value + NORMAL * deviation

@@ -29,6 +29,8 @@ from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 GROUP = "effect"
+IDLE = 1e-12
+"""Torque of a gain of one, relative to that of its axis, below which an effect does nothing."""
 WEAK, STEP = 3.0, 0.1
 """Standard deviation of a shape's prior, in those of the diagnosis: wide, as both come from the
 same runs; and step of the difference that shows its torque, in the same unit. Halved or doubled
@@ -130,11 +132,15 @@ class Extras:
         squares = sum((part**2).sum(axis=0) for part in self.columns(model))
         rms = np.sqrt(squares / sum(len(block.at) for block in model.blocks))
         for one in self.listed:
-            for gain in one.effect.gains:
-                size = float(rms[one.axis, len(known)])
-                most = float(model.torque_rms[one.axis]) / max(size, np.finfo(float).tiny)
+            for k, gain in enumerate(one.effect.gains):
+                size, torque = float(rms[one.axis, len(known)]), float(model.torque_rms[one.axis])
+                # one that does nothing in these runs stays as it was
+                idle = size < IDLE * torque
+                value = one.gains[k] if idle and one.gains else 0.0
+                most = max(abs(value), 1.0) if idle else torque / size
                 name, unit = one.parameter(gain.name), kinds[one.axis].unit(gain.unit)
-                known.append(Known(name, unit, 0.0, most, GROUP, one.axis, bounded=gain.low >= 0.0))
+                low = gain.low >= 0.0
+                known.append(Known(name, unit, value, most, GROUP, one.axis, bounded=low))
             for shape in one.free:
                 name, unit = one.parameter(shape.name), kinds[one.axis].unit(shape.unit)
                 wide, value = WEAK * one.deviation[shape.name], one.shape[shape.name]

@@ -26,7 +26,7 @@ from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import axes_named, units_of
 from flexhex.diagnosis.prepare import Given, Options, misfit, run_set_of
-from flexhex.diagnosis.result.verdict import LARGE
+from flexhex.diagnosis.result.verdict import LARGE, NORMAL
 from flexhex.diagnosis.runs.nominal import SURE
 from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.runs.run import Run
@@ -92,7 +92,7 @@ def identify(
         errors,
         other,
         seen.parameter(Combination(((late, 1.0),))).estimate,
-        (*said, *together, *more.notes, *_notes(estimated, errors)),
+        (*said, *together, *more.notes, *_notes(estimated, errors), *_nothing(estimated)),
         (*negative_values(estimated)[0], *run_set.findings, *filter(None, [smoothed])),
         *run_set.names,
         estimated,
@@ -148,6 +148,19 @@ def _attenuation(estimated: Estimated, deviation: Array) -> list[str]:
         " given back, and their intervals are wider by as much; finer angles, or measured rates or"
         " accelerations, tell more"
     ]
+
+
+def _nothing(estimated: Estimated) -> list[str]:
+    """Effects that are fitted beside and come out as none."""
+    deviation = np.sqrt(np.maximum(np.diag(estimated.covariance), 0.0))
+    sure = dict(zip((k.name for k in estimated.known), estimated.values / np.maximum(
+        NORMAL * deviation, np.finfo(float).tiny), strict=True))  # fmt: skip
+    names = [
+        f"{one.effect.id} of axis {one.axis + 1}"
+        for one in estimated.extras.listed
+        if all(abs(sure.get(one.parameter(g.name), np.inf)) < 1 for g in one.effect.gains)
+    ]
+    return [f"{', '.join(names)}: these runs show nothing of it"] if names else []
 
 
 def _notes(estimated: Estimated, errors: Errors) -> list[str]:

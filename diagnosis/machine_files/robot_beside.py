@@ -30,9 +30,9 @@ friction."""
 
 
 def written_by_us(path: Path) -> bool:
-    """Whether a TOML is one that was written here, and by nobody since."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline().startswith(f"# {HEAD}")
+    """Whether a TOML or JSON is one that was written here."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return text.startswith(f"# {HEAD}") if path.suffix == ".toml" else '"unobservable":' in text
 
 
 def beside_text(path: Path, written: Path, identified: Identified) -> tuple[str, set[str]]:
@@ -50,10 +50,15 @@ def beside_text(path: Path, written: Path, identified: Identified) -> tuple[str,
     for axis, (joint, kind) in enumerate(zip(robot.joints, base.kinds, strict=True), start=1):
         name = f"{kind.inertia}_r[{axis}]"
         rotor = found[name].estimate
-        wide = (rotor.ci95[1] - rotor.value) / NORMAL
+        said, wide = more.rotor.get(joint), (rotor.ci95[1] - rotor.value) / NORMAL
         if wide <= VAGUE * rotor.value:
-            share = wide / rotor.value if wide else 0.0
-            tables["rotor"][joint] = {"inertia": rotor.value, "tolerance": share}
+            told = {"inertia": rotor.value}
+            if said is not None and said.tolerance is not None:
+                told["tolerance"] = said.tolerance
+            elif wide > known.inertia * rotor.value:
+                # one that is known better may be another tomorrow, as a body may
+                told["tolerance"] = wide / rotor.value
+            tables["rotor"][joint] = told
             there.add(name)
     if more.tool is not None:
         tables["tool"] = more.tool.model_dump()

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexhex.arguments import AsJson
-from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options
-from flexhex.diagnose.options import interactive, once_each, writable
+from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options, read_of
+from flexhex.diagnose.options import interactive, once_each, refuse_inputs, writable
 from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Motor, Rename, TorqueConstant, Unit, log_options
 
@@ -91,6 +91,10 @@ def diagnose_command(
         raise UsageError(f"{which}: --isolability looks at planned motions, before any run")
     once_each(runs, validation)
     page = report or out / ("isolability.html" if isolability else "diagnosis.html")
+    made = {out / DATA: "--out", page: "--report" if report else "--out"}
+    if apply:
+        made[out / "machine.toml"] = "--apply"
+    refuse_inputs(made, [*runs, *validation, *read_of(options, file)])
     writable("--report" if report else "--out", page)
     writable("--out", out / page.name)
     session = Session(base, file, out, page, json, apply)

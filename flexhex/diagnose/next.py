@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from itertools import groupby, takewhile
 from pathlib import Path
 
+import numpy as np
+
 from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.titles import title, where
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
-from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named
+from flexhex.diagnosis.result.verdict import MEND, Diagnosis, Named, Residual
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.effects.own import own_effect
 from flexhex.fmus.common.errors import MachineError
@@ -20,6 +22,8 @@ NOT_OF_IDENTIFY = ("--out", "-o", "--report")
 """Options of `diagnose` with a value that `identify` has not."""
 OF_THE_FILE = ("geometry=", "gravity=")
 """Tolerances with which `identify` builds no FMU."""
+FAR = 3.0
+"""Residual with the file's values, relative to that with the fitted ones, that asks for these."""
 MANY = 3
 """Files from which on a command shows their pattern."""
 APPLICABLE = ("named", "ambiguous", "changed")
@@ -41,7 +45,8 @@ class Invocation:
 
     def identify(self) -> str:
         """The command that fits what was found and builds it."""
-        return joined([*self._identify, "--diagnosis", self.data, "--fmu", "inverse.fmu"])
+        more = ("--diagnosis", self.data, "--out", "identified", "--fmu", "inverse.fmu")
+        return joined([*self._identify, *more])
 
     @property
     def _identify(self) -> list[str]:
@@ -142,10 +147,7 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     elif invocation.base == "hexapod" and (why := unbuilt(diagnosis)):
         steps.append((f"To add it to a machine file, mend your effect. {why}", ""))
     elif something and diagnosis.verdict in APPLICABLE and invocation.base != "hexapod":
-        text = (
-            "Fit what was found with all parameters and build it as feedforward (--write makes it"
-            " the next base):"
-        )
+        text = "Fit what was found with all parameters, as the next base and as feedforward:"
         steps.append((text, invocation.identify()))
     loads = [c.estimate for c in diagnosis.changed if c.runs]
     if mass := next((load for load in loads if load.unit == "kg"), None):
@@ -160,6 +162,9 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
     elif diagnosis.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
         steps.append((f"{text} (docs/own-effect.md):", "flexhex init effect.py"))
+    if diagnosis.verdict == "none" and _far(diagnosis.residual):
+        text = "The values of the file leave much more than those that were fitted: take these:"
+        steps.append((text, invocation.fit()))
     if diagnosis.verdict == "none":
         text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
@@ -169,6 +174,13 @@ def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, 
         if diagnosis.parameters:
             steps.append(("Until then, fit the parameters to these logs:", invocation.fit()))
     return steps
+
+
+def _far(residual: Residual) -> bool:
+    """Whether the file's own values leave much more on an axis than the parameters that were
+    fitted."""
+    with np.errstate(invalid="ignore"):
+        return bool((residual.nominal > FAR * residual.before).any())
 
 
 def _separate(effect: Named, invocation: Invocation) -> list[tuple[str, str]]:

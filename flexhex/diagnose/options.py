@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import sys
 import tempfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,18 @@ def once_each(runs: list[Path], held_out: list[Path]) -> None:
         raise UsageError(
             f"{min(both).name} is given as a run to fit and as a held-out run: name it once"
         )
+
+
+def refuse_inputs(outputs: Mapping[Path, str], inputs: Iterable[Path]) -> None:
+    """UsageError for a file that is read and would be written: outputs with the option that names
+    each."""
+    read = {path.resolve(): path for path in inputs}
+    for path, option in outputs.items():
+        if path.resolve() in read:
+            raise UsageError(
+                f"{option} {path}: would be written over {read[path.resolve()]}, which is read:"
+                " name another file"
+            )
 
 
 def writable(option: str, page: Path) -> None:

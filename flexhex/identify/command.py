@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, machine_file_of
-from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options
-from flexhex.diagnose.options import once_each
+from flexhex.base_options import Base, Joints, OwnEffects, Tolerances, base_options, read_of
+from flexhex.diagnose.options import once_each, refuse_inputs
 from flexhex.fmus.common.errors import UsageError
-from flexhex.identify.folder import NAME, target
+from flexhex.identify.folder import NAME, beside, target
 from flexhex.log_options import Motor, Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
@@ -117,11 +117,16 @@ def identify_command(
     )
     if effect and diagnosis is None:
         raise UsageError("--effect: fitted is what a diagnosis has found: --diagnosis FILE.json")
-    write = target(write, out, base)
+    option, write = "--out" if write is None else "--write", target(write, out, base)
+    page = out / f"{NAME}.html" if out else None
+    made = {path: option for path in [*beside(write), *filter(None, [page])]}
+    made |= {path: name for path, name in ((fmu, "--fmu"), (motion, "--next")) if path}
+    read = [*logs, *validation, *read_of(options, file), *filter(None, [diagnosis])]
+    refuse_inputs(made, read)
     if base != "hexapod":
         from flexhex.identify.any_base import Targets, identify_other
 
-        targets = Targets(write, fmu, motion, out / f"{NAME}.html" if out else None)
+        targets = Targets(write, fmu, motion, page)
         identify_other(logs, validation, options, settle, targets, json, every, diagnosis)
         return
     if diagnosis is not None:

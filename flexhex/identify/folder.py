@@ -14,6 +14,14 @@ WRITTEN_BACK = (".urdf", ".xml")
 FILES = (*WRITTEN_BACK, ".toml", ".csv", ".json", ".fmu")
 
 
+def beside(write: Path | None) -> list[Path]:
+    """What is written at a place: of a robot's file also what stands beside it."""
+    if write is None:
+        return []
+    robot = write.suffix in WRITTEN_BACK
+    return [write, *(write.with_suffix(kind) for kind in (".toml", ".json") if robot)]
+
+
 def target(write: Path | None, out: Path | None, base: str) -> Path | None:
     """The file that `--write` names, or its place in the folder of `--out`, which is made.
 

@@ -38,9 +38,12 @@ def checked_target(path: Path, base: str) -> None:
         )
     if is_robot(base) and path.resolve() == file.resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
-    beside = path.with_suffix(ENDING)
-    if own and path.suffix not in TABLES and beside.is_file() and not written_by_us(beside):
-        raise UsageError(f"--write {path}: {beside} would be overwritten, too: name another file")
+    if own and path.suffix not in TABLES:
+        for beside in (path.with_suffix(ENDING), path.with_suffix(".json")):
+            if beside.is_file() and not written_by_us(beside):
+                raise UsageError(
+                    f"--write {path}: {beside} would be overwritten, too: name another file"
+                )
     refuse_unwritable(path, "--write")
 
 
@@ -96,8 +99,9 @@ def write_identified(path: Path, identified: Identified) -> tuple[list[Path], li
     for share in sorted({*scaled.values()}):
         names = ", ".join(name for name, own in scaled.items() if own == share)
         notes.append(
-            f"{path}: {names} have {share:.2g} of the file's mass and inertia: with all of it no"
-            " body would be left for the link that carries them"
+            f"{path}: there {names} {'has' if ', ' not in names else 'have'} {share:.2g} of the"
+            " file's mass and inertia: with all of it no body would be left for the link that"
+            " carries it"
         )
     return [path, beside, whole], notes
 

@@ -8,8 +8,10 @@ from pathlib import Path
 
 from flexhex.diagnose.next import Invocation, next_steps, shortened
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
+from flexhex.diagnosis.result.estimates import Estimate, Parameter
 from tests.flexhex.diagnoses import AMBIGUOUS, BASIC, CANNOT, CHANGED, NAMED, NONE, PAIR, UNKNOWN
 
+GAIN = Estimate(1.0, (0.9, 1.1), "kg")
 INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
@@ -39,7 +41,8 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
     words = ("flexhex", "diagnose", "a.csv", "--out", "here", "--base", "arm.urdf", "--json")
     invocation = Invocation(words, "arm.urdf", "here/diagnosis.json")
     wanted = (
-        "flexhex identify a.csv --base arm.urdf --diagnosis here/diagnosis.json --fmu inverse.fmu"
+        "flexhex identify a.csv --base arm.urdf --diagnosis here/diagnosis.json --out identified"
+        " --fmu inverse.fmu"
     )
     assert wanted in [command for _, command in next_steps(BASIC, invocation)]
     assert wanted in [command for _, command in next_steps(CHANGED, invocation)]
@@ -52,9 +55,20 @@ def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
 
 def test_logs_that_are_too_few_tell_parameters_at_least() -> None:
     words = ("flexhex", "diagnose", "a.csv", "--out", "here", "--base", "arm.urdf")
-    commands = [command for _, command in next_steps(CANNOT, Invocation(words, "arm.urdf"))]
+    found = replace(CANNOT, parameters=(Parameter((("m", 1.0),), GAIN, 1.0, 0.1, True),))
+    commands = [command for _, command in next_steps(found, Invocation(words, "arm.urdf"))]
     assert commands[-1] == "flexhex identify a.csv --base arm.urdf"
+    # of logs that cannot be fitted
     assert [command for _, command in next_steps(CANNOT, INVOCATION)] == [""]
+
+
+def test_file_that_is_far_off_is_fitted_though_nothing_is_missing() -> None:
+    words = ("flexhex", "diagnose", "a.csv", "--base", "arm.urdf")
+    invocation, before = Invocation(words, "arm.urdf"), NONE.residual.before
+    for times, there in ((2.0, False), (5.0, True)):
+        far = replace(NONE, residual=replace(NONE.residual, nominal=times * before))
+        commands = [command for _, command in next_steps(far, invocation)]
+        assert ("flexhex identify a.csv --base arm.urdf" in commands) == there
 
 
 def test_fmu_has_the_geometry_of_the_file() -> None:

@@ -65,6 +65,8 @@ def _text(model: type[BaseModel], error: Any) -> str:
     if kind in _BOUNDS:
         word, key = _BOUNDS[kind]
         return f"is {given}, must be {word} {error['ctx'][key]}"
+    if kind == "tuple_type" and isinstance(error.get("input"), dict):
+        return f"wants a list of tables: write [[{error['loc'][-1]}]]"
     if kind in _PLAIN:
         return _PLAIN[kind].format(given)
     return str(error["msg"]).removeprefix("Value error, ")

@@ -91,16 +91,18 @@ class EffectUse(Section):
         unknown = sorted(set(data) - set(_KEYS))
         if unknown:
             raise ValueError(f"{unknown[0]!r} is not a known key, allowed: {', '.join(_KEYS)}")
-        effect, tables = _known(data.get("id")), data["parameters"]
+        if "id" not in data:
+            raise ValueError('id: is missing: add id = "coulomb_friction" or another effect')
+        effect, tables = _known(data["id"]), data["parameters"]
         axes = _axes(effect, data.get("axes"))
         names = [*(g.name for g in effect.gains), *(s.name for s in effect.shapes if not s.aside)]
         usual = {s.name: s.start for s in effect.shapes if s.optional or s.aside}
-        for name in names:
-            if name not in tables and name not in usual:
-                raise ValueError(f"parameters.{name}: is missing; {effect.id} has {_text(names)}")
         for name in tables:
             if name not in names:
                 raise ValueError(f"parameters.{name}: {effect.id} has only {_text(names)}")
+        for name in names:
+            if name not in tables and name not in usual:
+                raise ValueError(f"parameters.{name}: is missing; {effect.id} has {_text(names)}")
         where: Elsewhere | None = info.context
         gains = [_gain(gain, tables[gain.name], max(1, len(axes)), where) for gain in effect.gains]
         shapes = [

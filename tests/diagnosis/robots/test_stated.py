@@ -107,10 +107,24 @@ WRONG = {
         ENTRY.format("cross_coupling", 1, "C = 1\nsource = 1\nkind = 0"),
         "effects.1: axis 1 can have no cross_coupling with these values",
     ),
-    "no id": (
+    "no text": (
         ENTRY.format("x", 1, "o = 1").replace('"x"', '["a"]'),
         "effects.1: there is no effect",
     ),
+    "no id": (
+        ENTRY.format("x", 1, "o = 1").replace('id = "x"\n', ""),
+        'effects.1: id: is missing: add id = "coulomb_friction"',
+    ),
+    "joint": (
+        ENTRY.format("torque_offset", '"elbo"', "o = 1"),
+        "axes: elbo is no axis: is it elbow",
+    ),
+    "case": (
+        ENTRY.format("coulomb_friction", 1, "F_C = 1\ns_0 = 1e-3"),
+        "parameters.F_C: coulomb_friction has only F_c",
+    ),
+    "one": ("[effects]\nid = 'x'\n", r"effects: wants a list of tables: write \[\[effects\]\]"),
+    "gravity": ("gravity = [0, 0, 9810]\n", "gravity is 9810 m/s2: on the earth it is 9.81"),
     "share": (
         ENTRY.format("load_friction", 1, "mu = 5\ns_0 = 1e-3"),
         "mu: 5.0, must be at most 0.5",
@@ -126,9 +140,24 @@ def test_a_wrong_entry_is_an_error_with_its_place(name: str, tmp_path: Path) -> 
         base_for(arm(tmp_path, more=text))
 
 
-def test_friction_below_zero_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(MachineError, match=r"joint elbow has a damping of -0\.3: correct it"):
-        base_for(arm(tmp_path, viscous=(0.6, 0.9, -0.3)))
+@pytest.mark.parametrize("text", ["-0.3", "nan", "", "inf", "much"])
+def test_friction_that_no_joint_has_is_an_error(text: str, tmp_path: Path) -> None:
+    with pytest.raises(MachineError, match=f"joint elbow has damping='{text}': a number, not"):
+        base_for(arm(tmp_path, viscous=(0.6, 0.9, text)))
+    arm(tmp_path)
+    file = tmp_path / "arm.urdf"
+    file.write_text(file.read_text().replace("damping", "dampning", 1))
+    with pytest.raises(MachineError, match="joint column: <dynamics> has no dampning: write"):
+        base_for(file)
+    cart = CART.replace('name="rail"', f'name="rail" armature="{text}"')
+    (tmp_path / "cart.xml").write_text(cart)
+    with pytest.raises(MachineError, match=f"joint rail has armature='{text}'"):
+        base_for(tmp_path / "cart.xml")
+
+
+def test_axes_may_be_called_by_their_joints(tmp_path: Path) -> None:
+    entry = ENTRY.format("torque_offset", '"elbow", 1', "o = [3, 1]")
+    assert listed(base_for(arm(tmp_path, more=entry)))["torque_offset"] == [1.0, 0.0, 3.0]
 
 
 def test_heavy_axes_have_what_friction_they_have(tmp_path: Path) -> None:

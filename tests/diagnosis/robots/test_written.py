@@ -76,6 +76,17 @@ def test_an_effect_of_ones_own_is_seen_from_the_toml(tmp_path: Path) -> None:
     assert 'id = "spring.py:Spring"' in made.with_suffix(".toml").read_text()
 
 
+def test_what_does_nothing_in_these_runs_stays_as_it_was(tmp_path: Path) -> None:
+    """A cable that is never tight; and a wave that the arm has not."""
+    cable = ENTRY.format("cable_force", 1, "k_c = 5\ntheta_0 = 100\nside = 1")
+    wave = ENTRY.format("cogging_harmonic", 2, "a = 0\nb = 0.1\norder = 11")
+    found = flexhex.identify_runs(RUNS, base=str(arm(tmp_path, more=cable + wave)))
+    assert_close(found["cable_force.k_c[1]"].estimate.value, 5.0, rtol=1e-9)
+    assert not found["cable_force.k_c[1]"].determined
+    (said,) = [note for note in found.notes if "show nothing of it" in note]
+    assert "cogging_harmonic of axis 2" in said
+
+
 def test_a_toml_of_somebody_else_is_not_overwritten(tmp_path: Path) -> None:
     file = arm(tmp_path)
     (tmp_path / "arm.urdf").rename(tmp_path / "other.urdf")
@@ -85,6 +96,9 @@ def test_a_toml_of_somebody_else_is_not_overwritten(tmp_path: Path) -> None:
     # one that `identify` wrote is
     file.write_text("# What `flexhex identify` found beside arm.urdf\n")
     checked_target(tmp_path / "arm.urdf", str(tmp_path / "other.urdf"))
+    (tmp_path / "arm.json").write_text("{}")
+    with pytest.raises(UsageError, match=r"arm.urdf: .*arm.json would be overwritten, too"):
+        checked_target(tmp_path / "arm.urdf", str(tmp_path / "other.urdf"))
 
 
 def test_a_rotor_of_nothing_and_a_breakaway_torque_are_written(tmp_path: Path) -> None:
@@ -99,5 +113,5 @@ def test_a_rotor_of_nothing_and_a_breakaway_torque_are_written(tmp_path: Path) -
     base = base_for(tmp_path / "made.toml")
     assert_close(listed(base)["stribeck_friction"][1], friction, rtol=1e-12)
     assert listed(base)["coulomb_friction"][1] == 0.0
-    assert base.linear[base.rotors[0]].nominal == 0.0
-    assert base.linear[base.rotors[0]].tolerance == 0.0
+    assert base.linear[base.rotors[0]].nominal < 1e-8
+    assert base.linear[base.rotors[0]].tolerance < 1e-8
