@@ -28,8 +28,8 @@ from flexhex.fmus.common.user_code import absolute
 if TYPE_CHECKING:
     from flexhex.diagnosis.basemodels.robot_file import Robot
 
-DAMPING, FRICTION = "damping", ("upperDryFrictionLimit", "friction")
-"""What Pinocchio calls them; friction since its version 4, and before."""
+FRICTION = "upperDryFrictionLimit", "friction"
+"""What Pinocchio calls it, since its version 4 and before."""
 
 
 def friction_of(model: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -37,18 +38,18 @@ def refuse_negative(file: Path, tree: ElementTree.Element) -> None:
 
 
 def refuse_odd_friction(file: Path, tree: ElementTree.Element) -> None:
-    """MachineError for friction, damping or a rotor of a joint that is no number or below zero, and
-    for what URDF does not know beside them."""
+    """MachineError for friction, damping or a rotor of a joint that is no number or below zero, or
+    is misspelt."""
     for joint in tree.iter("joint"):
         listed = {name: joint.get(name) for name in RUBS}
         for dynamics in joint.findall("dynamics"):
-            strange = [name for name in dynamics.attrib if name not in DYNAMICS]
-            if strange:
-                raise MachineError(
-                    f"{file}: joint {joint.get('name')}: <dynamics> has no {strange[0]}: write"
-                    f" {' or '.join(DYNAMICS)}"
-                )
-            listed |= dynamics.attrib
+            for name in {*dynamics.attrib} - {*DYNAMICS}:
+                if close := get_close_matches(name, DYNAMICS, 1):
+                    raise MachineError(
+                        f"{file}: joint {joint.get('name')}: <dynamics> has no {name}: is it"
+                        f" {close[0]}?"
+                    )
+            listed |= {name: dynamics.get(name) for name in DYNAMICS}
         for name, text in listed.items():
             # MJCF takes several, of a joint with several degrees of freedom
             for word in (text or "0").split() if text != "" else [""]:

@@ -147,7 +147,7 @@ def test_friction_that_no_joint_has_is_an_error(text: str, tmp_path: Path) -> No
     arm(tmp_path)
     file = tmp_path / "arm.urdf"
     file.write_text(file.read_text().replace("damping", "dampning", 1))
-    with pytest.raises(MachineError, match="joint column: <dynamics> has no dampning: write"):
+    with pytest.raises(MachineError, match="column: <dynamics> has no dampning: is it damping"):
         base_for(file)
     cart = CART.replace('name="rail"', f'name="rail" armature="{text}"')
     (tmp_path / "cart.xml").write_text(cart)
