@@ -88,7 +88,7 @@ def test_tolerances_of_a_base_model_without_a_file_are_refused() -> None:
 def test_tolerances_that_a_base_model_does_not_use_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"tolerance 'gravity': there are mass, .*sigma$"):
         base_of("hexapod", MACHINE, LOG, {"gravity": 0.01})
-    with pytest.raises(UsageError, match=r"tolerance 'sigma': there are mass, .*gravity$"):
+    with pytest.raises(UsageError, match=r"tolerance 'sigma': there are mass, .*gravity, effects$"):
         base_of(ARM, None, Log.of("made", 1e-3, *np.zeros((2, 10, 6))), {"sigma": 0.01})
     file = tmp_path / "leaning.toml"
     given = '\n[tolerance]\ngravity = { value = 0.01, unit = "1", source = "assumed" }\n'

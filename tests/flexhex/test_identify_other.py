@@ -151,7 +151,7 @@ def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
     again = RUN.invoke(app, ["identify", *map(str, paths), "--base", str(beside)])
     assert again.exit_code == 0, again.output
     done = RUN.invoke(app, [*words[:-1], str(file)])
-    assert "is the robot's file itself" in str(done.exception)
+    assert "which is read: name another file" in str(done.exception)
 
 
 def test_out_is_a_folder_as_of_diagnose(runs: list[str], tmp_path: Path) -> None:
