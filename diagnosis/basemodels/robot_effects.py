@@ -40,20 +40,17 @@ def friction_of(model: Any) -> Any:
 def effects_of(file: Path, robot: Robot) -> tuple[EffectUse, ...]:
     """All of them; what the TOML says of an axis stands in the place of the file's friction there.
 
-    MachineError for an entry that is none, or friction below zero.
+    MachineError for an entry that is none.
     """
     listed = [_read(robot, k, entry) for k, entry in enumerate(robot.more.effects, start=1)]
     _refuse_twice(robot, listed)
     told = {(id, axis) for use in listed for id in _kinds(use.effect) for axis in use.axes}
     model = robot.model
-    for id, gain, values, what in (
-        ("coulomb_friction", "F_c", friction_of(model), "friction"),
-        ("viscous_friction", "d_v", model.damping, "damping"),
+    for id, gain, values in (
+        ("coulomb_friction", "F_c", friction_of(model)),
+        ("viscous_friction", "d_v", model.damping),
     ):
         own = [float(values[model.joints[place].idx_v]) for place in robot.places]
-        for joint, value in zip(robot.joints, own, strict=True):
-            if value < 0:
-                raise MachineError(f"{file}: joint {joint} has a {what} of {value:g}: correct it")
         axes = [k for k, value in enumerate(own, start=1) if value and (id, k) not in told]
         for kind in dict.fromkeys(robot.kinds[axis - 1] for axis in axes):
             mine = [axis for axis in axes if robot.kinds[axis - 1] is kind]

@@ -16,11 +16,12 @@ from flexhex.diagnosis.estimation.extras import Extra, Extras
 from flexhex.diagnosis.estimation.friction import PARAMETER
 from flexhex.diagnosis.jointfit.known import known_torque
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.runs.nominal import SURE
 from flexhex.fmus.common.effects import Effect
 
 Array = NDArray[np.float64]
-SAME, NEAR = 1e-3, 4.0
-"""Relative difference of two shapes that are one, and their difference in standard deviations."""
+SAME = 1e-3
+"""Relative difference of two shapes that are one: a number that was rounded by hand."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def _same(one: Extra, other: Extra) -> bool:
     """Whether a file and a diagnosis have the same effect."""
     return (one.effect.id, one.axis) == (other.effect.id, other.axis) and all(
         math.isclose(value, other.shape[name], rel_tol=SAME)
-        or abs(value - other.shape[name]) < NEAR * other.deviation.get(name, 0.0)
+        or abs(value - other.shape[name]) < SURE * other.deviation.get(name, 0.0)
         for name, value in one.shape.items()
     )
 

@@ -198,7 +198,7 @@ def file_parts(estimated: Estimated) -> list[Part]:
         for axis, gains in zip(use.axes, np.transpose(use.gains).tolist(), strict=True):
             one = Extra(use.effect, axis - 1, use.shape, 1, tuple(gains))
             names = [one.parameter(gain.name) for gain in use.effect.gains]
-            if item.driven and not use.effect.loses and not use.effect.line:
+            if item.driven and not use.effect.loses:
                 parts.append(_added(one, item, dict(zip(names, gains, strict=True))))
     return parts
 

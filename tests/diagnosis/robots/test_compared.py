@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -60,10 +59,10 @@ def fit(model: Calibrated, uses: Sequence[EffectUse], effects: Effects = HAS) ->
     return joint(bench, [SelectedEffect(part.id, (part,)) for part in parts])
 
 
-def asked(made: Joint, but: Sequence[int] = (), **changes: Any) -> Compared:
-    """What is said of it; but: places of parts without a name; changes: of all that are named."""
+def asked(made: Joint, but: Sequence[int] = ()) -> Compared:
+    """What is said of it; but: places of parts without a name."""
     named = named_of(made, [0.05] * len(made.parts), but)
-    return compared(made, [replace(one, **changes) for one in named], (), USUAL)
+    return compared(made, named, (), USUAL)
 
 
 def friction(dry: Sequence[float] = DRY) -> EffectUse:
