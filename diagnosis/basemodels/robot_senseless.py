@@ -41,13 +41,12 @@ def refuse_odd_friction(file: Path, tree: ElementTree.Element) -> None:
     """MachineError for friction, damping or a rotor of a joint that is no number or below zero, or
     is misspelt."""
     for joint in tree.iter("joint"):
-        listed = {name: joint.get(name) for name in RUBS}
+        listed, called = {name: joint.get(name) for name in RUBS}, joint.get("name", "<default>")
         for dynamics in joint.findall("dynamics"):
             for name in {*dynamics.attrib} - {*DYNAMICS}:
                 if close := get_close_matches(name, DYNAMICS, 1):
                     raise MachineError(
-                        f"{file}: joint {joint.get('name')}: <dynamics> has no {name}: is it"
-                        f" {close[0]}?"
+                        f"{file}: joint {called}: <dynamics> has no {name}: is it {close[0]}?"
                     )
             listed |= {name: dynamics.get(name) for name in DYNAMICS}
         for name, text in listed.items():
@@ -59,8 +58,7 @@ def refuse_odd_friction(file: Path, tree: ElementTree.Element) -> None:
                     good = False
                 if not good:
                     raise MachineError(
-                        f"{file}: joint {joint.get('name')} has {name}={text!r}: a number, not"
-                        " below zero"
+                        f"{file}: joint {called} has {name}={text!r}: a number, not below zero"
                     )
 
 

@@ -155,6 +155,13 @@ def test_friction_that_no_joint_has_is_an_error(text: str, tmp_path: Path) -> No
         base_for(tmp_path / "cart.xml")
 
 
+def test_friction_of_a_default_is_looked_at(tmp_path: Path) -> None:
+    text = CART.replace("<worldbody>", '<default><joint damping="-0.4"/></default><worldbody>')
+    (tmp_path / "cart.xml").write_text(text)
+    with pytest.raises(MachineError, match=r"joint <default> has damping='-0\.4'"):
+        base_for(tmp_path / "cart.xml")
+
+
 def test_axes_may_be_called_by_their_joints(tmp_path: Path) -> None:
     entry = ENTRY.format("torque_offset", '"elbow", 1', "o = [3, 1]")
     assert listed(base_for(arm(tmp_path, more=entry)))["torque_offset"] == [1.0, 0.0, 3.0]
